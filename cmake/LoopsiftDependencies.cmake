@@ -1,0 +1,23 @@
+# SPDX-License-Identifier: MIT
+# All from the distribution's packages (tools/scripts/install_dependencies.sh). Camera libraries are optional: a driver
+# whose library is missing is left out; replay is always built.
+find_package(PkgConfig REQUIRED)
+find_package(Threads REQUIRED)
+find_package(OpenMP REQUIRED COMPONENTS CXX)
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+find_package(Ceres 2.1 REQUIRED)
+find_package(PNG REQUIRED)
+find_package(ZLIB REQUIRED)
+find_package(tomlplusplus REQUIRED)
+find_package(CLI11 REQUIRED)
+find_package(spdlog REQUIRED)
+find_package(nanoflann REQUIRED)
+find_package(embree 3 REQUIRED)
+pkg_check_modules(TURBOJPEG REQUIRED IMPORTED_TARGET libturbojpeg)
+pkg_check_modules(LCM REQUIRED IMPORTED_TARGET lcm)
+if(LOOPSIFT_BUILD_TESTS)
+  find_package(GTest REQUIRED)
+endif()
+if(LOOPSIFT_BUILD_BENCHMARKS)
+  find_package(benchmark REQUIRED)
+endif()

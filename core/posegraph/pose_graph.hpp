@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT
+// The pose graph: keyframe nodes inside fragments, odometry edges between neighbours, accepted loops as frame
+// loops. In: node poses and edges. Out: poses that minimise Σ ‖log(T̂_a_b⁻¹ T_map_a⁻¹ T_map_b)‖²_Λ, solved by
+// Ceres (solve.cpp is the only file that sees it). Thread: back. Allocates.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "core/base/ids.hpp"
+#include "core/base/result.hpp"
+#include "core/base/span.hpp"
+#include "core/geometry/se3.hpp"
+#include "core/proposal/loop.hpp"
+
+namespace loopsift {
+
+/// A relative measurement between two nodes.
+struct Edge {
+  int a = 0, b = 0;                             ///< node indices
+  Se3 T_a_b;                                    ///< measured
+  Matrix6d information = Matrix6d::Identity();  ///< of log(T̂_a_b⁻¹ T_a_b), (t, ω) order
+  LoopId loop;                                  ///< the loop it comes from; invalid: an odometry edge
+};
+
+/// A keyframe.
+struct Node {
+  FragmentId fragment;
+  Se3 T_fragment_node;  ///< pose of the keyframe inside its fragment
+  std::int64_t timestamp_ns = 0;
+};
+
+/// Nodes in order of time; the first node of a fragment is its reference (identity in the fragment).
+struct PoseGraph {
+  std::vector<Node> nodes;
+  std::vector<Se3> T_map_node;  ///< current estimate, same size as nodes
+  std::vector<Edge> odometry;
+  std::vector<Edge> loops;      ///< frame loops of the accepted loops
+  std::vector<int> first_node;  ///< of each fragment; size = fragments + 1
+  [[nodiscard]] int fragment_count() const { return static_cast<int>(first_node.size()) - 1; }
+  [[nodiscard]] const Se3& T_map_fragment(FragmentId f) const {
+    return T_map_node[static_cast<std::size_t>(first_node[f.index()])];
+  }
+};
+
+/// Fragment loop → frame loops (paper): the reference node of i to every node of j and the reference of j to
+/// every node of i, each composed from T_i_j and the poses inside the fragments. The loop's information is
+/// carried to each edge's frame by the adjoint and divided by their number, so that together they claim what
+/// the loop claims.
+void append_frame_loops(const PoseGraph& graph, const Loop& loop, std::vector<Edge>* edges);
+
+struct SolveOptions {
+  int max_iterations = 50;
+  double relative_cost_tolerance = 1e-6;
+  double time_limit_s = 10.0;  ///< past it the solve counts as failed
+};
+
+struct SolveSummary {
+  bool converged = false;  ///< false: poses are as they were
+  int iterations = 0;
+  double initial_cost = 0;  ///< ½ Σ χ²
+  double final_cost = 0;
+  double odometry_chi2 = 0;  ///< Σ χ² of the odometry edges at the end
+  double loop_chi2 = 0;      ///< Σ χ² of the loop edges at the end
+  std::string message;       ///< why it did not converge
+};
+
+/// Optimises graph.T_map_node in place over graph.odometry and graph.loops; node 0 stays fixed (as does the
+/// first node of each part that no edge joins to the rest). Deterministic.
+[[nodiscard]] SolveSummary solve(const SolveOptions& options, PoseGraph* graph);
+
+/// χ² of one edge at given poses of its ends.
+[[nodiscard]] double edge_chi2(const Edge& edge, const Se3& T_map_a, const Se3& T_map_b);
+
+/// g2o text: VERTEX_SE3:QUAT and EDGE_SE3:QUAT, information converted between g2o's (t, q_xyz) and ours.
+/// write also puts `PATH.times` beside it (node id, seconds). read gives one fragment per vertex and takes
+/// edges between consecutive ids as odometry, all others as loops.
+[[nodiscard]] Status write_g2o(const std::string& path, const PoseGraph& graph);
+[[nodiscard]] Expected<PoseGraph> read_g2o(const std::string& path);
+
+}  // namespace loopsift
