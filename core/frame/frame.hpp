@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+// From a raw depth image to what tracking and fusion work on: metric depth, reduced, smoothed, as a pyramid
+// with normals. In: RawFrame. Out: Frame, valid until the next process(). Capacity: kMaxLevels levels of the
+// working size, from the arena. Thread: front. No allocation after construction.
+#pragma once
+#include <array>
+#include <cstdint>
+
+#include "core/base/arena.hpp"
+#include "core/base/ids.hpp"
+#include "core/base/result.hpp"
+#include "core/geometry/camera.hpp"
+#include "core/geometry/image.hpp"
+#include "core/geometry/raw_frame.hpp"
+
+namespace loopsift {
+
+inline constexpr int kMaxFrameLevels = 4;
+
+struct FrameOptions {
+  int reduction = 2;            ///< input pixels per working pixel in each direction, 1 or 2
+  int levels = 3;               ///< pyramid levels, 1 … kMaxFrameLevels
+  float min_depth_m = 0.3F;     ///< nearer is invalid
+  float max_depth_m = 4.5F;     ///< farther is invalid
+  float edge_fraction = 0.03F;  ///< neighbours whose depths differ by more than this part of the depth lie on
+                                ///< two surfaces: never averaged, no normal across them
+  int smoothing_radius = 2;     ///< working pixels of the edge-aware mean below the normals; 0: none
+};
+
+/// An error that names the first option out of range.
+[[nodiscard]] Status validate(const FrameOptions& options);
+
+/// One pyramid level. All images have the camera's size, without padding.
+struct FrameLevel {
+  PinholeCamera camera;
+  ImageView<const float> depth_m;     ///< metres; 0 invalid
+  ImageView<const float> nx, ny, nz;  ///< unit normal toward the camera, camera frame; 0, 0, 0 where unknown
+};
+
+/// A preprocessed frame. Views point into the FramePreprocessor and into the RawFrame that it came from.
+struct Frame {
+  FrameId id;
+  std::int64_t timestamp_ns = 0;
+  int level_count = 0;
+  std::array<FrameLevel, kMaxFrameLevels> levels;  ///< 0 is the finest
+  float valid_fraction = 0;                        ///< of level 0's pixels that have a depth
+  ImageView<const std::uint16_t> raw_depth;        ///< as it came
+  PinholeCamera raw_camera;
+  float depth_unit_m = 0.001F;  ///< metres per raw unit
+  ImageView<const Rgb8> color;  ///< empty() without colour
+};
+
+class FramePreprocessor {
+ public:
+  /// camera is that of the raw depth images; options must be valid.
+  FramePreprocessor(const PinholeCamera& camera, double depth_unit_m, const FrameOptions& options,
+                    Arena& arena);
+  /// raw.depth must have the camera's size. Frames are numbered from 0 in the order of these calls.
+  const Frame& process(const RawFrame& raw);
+  /// Camera of level 0.
+  [[nodiscard]] const PinholeCamera& working_camera() const { return frame_.levels[0].camera; }
+
+ private:
+  struct Level {
+    Span<float> depth, nx, ny, nz;
+  };
+  FrameOptions options_;
+  Frame frame_;
+  std::array<Level, kMaxFrameLevels> storage_;
+  Span<float> smoothed_;  // scratch of level 0's size
+  int next_id_ = 0;
+};
+
+}  // namespace loopsift
