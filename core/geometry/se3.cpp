@@ -17,7 +17,9 @@ struct Coefficients {
 Coefficients coefficients(double theta) {
   const double t2 = theta * theta;
   if (theta < kSmallAngle) return {1.0 - t2 / 6.0, 0.5 - t2 / 24.0, 1.0 / 6.0 - t2 / 120.0};
-  return {std::sin(theta) / theta, (1.0 - std::cos(theta)) / t2, (theta - std::sin(theta)) / (t2 * theta)};
+  const double half_sine = std::sin(0.5 * theta);  // 1−cosθ = 2 sin²(θ/2), without its cancellation
+  return {std::sin(theta) / theta, 2.0 * half_sine * half_sine / t2,
+          (theta - std::sin(theta)) / (t2 * theta)};
 }
 
 Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& M) {
@@ -32,10 +34,10 @@ Eigen::Matrix3d coupling(const Eigen::Vector3d& rho, const Eigen::Vector3d& phi)
   const double t = phi.norm(), t2 = t * t;
   const Eigen::Matrix3d P = skew(phi), V = skew(rho);
   double m2, m3, m4;
-  if (t < 1e-3) {  // the fifth-order quotients cancel badly: series from an angle larger than kSmallAngle
-    m2 = 1.0 / 6.0 - t2 / 120.0;
-    m3 = 1.0 / 24.0 - t2 / 720.0;
-    m4 = 1.0 / 120.0 - t2 / 2520.0;
+  if (t < 0.05) {  // the fifth-order quotients cancel badly: series from an angle larger than kSmallAngle
+    m2 = 1.0 / 6.0 - t2 / 120.0 + t2 * t2 / 5040.0;
+    m3 = 1.0 / 24.0 - t2 / 720.0 + t2 * t2 / 40320.0;
+    m4 = 1.0 / 120.0 - t2 / 2520.0 + t2 * t2 / 120960.0;
   } else {
     const double s = std::sin(t), c = std::cos(t);
     m2 = (t - s) / (t2 * t);
@@ -78,8 +80,8 @@ Eigen::Matrix3d so3_left_jacobian(const Eigen::Vector3d& w) {
 Eigen::Matrix3d so3_left_jacobian_inverse(const Eigen::Vector3d& w) {
   const double t = w.norm(), t2 = t * t;
   const Eigen::Matrix3d W = skew(w);
-  const double k =
-      t < 1e-4 ? 1.0 / 12.0 + t2 / 720.0 : 1.0 / t2 - (1.0 + std::cos(t)) / (2.0 * t * std::sin(t));
+  // (1+cosθ)/sinθ = cot(θ/2), which holds at π too.
+  const double k = t < 1e-4 ? 1.0 / 12.0 + t2 / 720.0 : 1.0 / t2 - 1.0 / (2.0 * t * std::tan(0.5 * t));
   return Eigen::Matrix3d::Identity() - 0.5 * W + k * W * W;
 }
 
