@@ -14,6 +14,8 @@ namespace loopsift {
 namespace {
 
 constexpr double kQuaternionTolerance = 1e-2;  // of |q|, for files with few digits
+// Of R Rᵀ − I: published proposers write rotations scaled by up to 5 %, which are brought to the nearest one.
+constexpr double kRotationTolerance = 0.2;
 
 // Λ_ω = D Λ_q D with D = diag(1,1,1,½,½,½), since q_xyz ≈ ω/2.
 Matrix6d scaled_rotation(const Matrix6d& information, double factor) {
@@ -61,8 +63,9 @@ Expected<LogRecord> read_log_record(TextFile& file) {
   Eigen::Matrix<double, 4, 4, Eigen::RowMajor> T;
   status = matrix(file, 4, T.data());
   if (!status) return status.error();
-  const Se3 raw(Eigen::Matrix3d(T.topLeftCorner<3, 3>()), T.topRightCorner<3, 1>());
-  if (!raw.is_valid() || (T.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).cwiseAbs().maxCoeff() > 1e-6) {
+  const Eigen::Matrix3d R = T.topLeftCorner<3, 3>();
+  if ((R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() > kRotationTolerance ||
+      R.determinant() < 0 || (T.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).cwiseAbs().maxCoeff() > 1e-6) {
     return file.error("the 4x4 matrix that ends here is no rigid motion");
   }
   record.T = Se3::from_matrix(T);

@@ -38,6 +38,8 @@ struct LogRecord {
 /// Redwood .log, camera-to-world.
 [[nodiscard]] Status write_trajectory_log(const std::string& path, const Trajectory& trajectory);
 
+/// Rotations that are nearly orthonormal (published proposers write some scaled by 5 %) are brought to the
+/// nearest true one; errors name file and line.
 [[nodiscard]] Expected<std::vector<LogRecord>> read_log(const std::string& path);
 [[nodiscard]] Status write_log(const std::string& path, const std::vector<LogRecord>& records);
 /// Redwood .info: 6×6 in the order (t, q_xyz); returned in our tangent (t, ω), ω = 2 q_xyz. Records keep a,

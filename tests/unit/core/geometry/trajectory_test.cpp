@@ -124,6 +124,13 @@ TEST(LogFile, LoopsKeepTheirNumbersAndTransforms) {
   EXPECT_LT(distance((*read)[1].T, some_pose(-2.9)), 1e-9);
 }
 
+TEST(LogFile, ASlightlyScaledRotationIsBroughtToTheNearestTrueOne) {
+  const TemporaryFolder folder;
+  const auto read = read_log(folder.write("l.log", "0 2 3\n1.05 0 0 1\n0 1.05 0 2\n0 0 1.05 3\n0 0 0 1\n"));
+  ASSERT_TRUE(read.ok()) << read.error().message;
+  EXPECT_LT(distance((*read)[0].T, Se3(Eigen::Matrix3d::Identity(), Eigen::Vector3d(1, 2, 3))), 1e-12);
+}
+
 TEST(InfoFile, CostOfASmallMotionIsTheSameInBothTangents) {
   // ξ_qᵀ Λ_q ξ_q with ξ_q = (t, q_xyz) must equal ξ_ωᵀ Λ_ω ξ_ω with ξ_ω = (t, ω).
   const Matrix6d A = Matrix6d::Random();
