@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+// Everything that can be set, with its default. In: a TOML file and `key=value` assignments. Out: Settings,
+// or all problems in one message. An option of a stage is a member of that stage's options struct and one
+// line in settings.cpp; config/default.toml is to_toml(Settings{}) word for word (`loopsift --check-config`).
+// Thread: set-up only; afterwards read-only. Allocates.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "core/base/result.hpp"
+#include "core/geometry/camera.hpp"
+
+namespace loopsift {
+
+enum class Rate {
+  kRealtime,  ///< recordings are played at their time stamps; frames are dropped when we are late
+  kMax,       ///< as fast as we can; nothing is dropped, the same input gives the same output
+};
+
+enum class LogLevel { kDebug, kInfo, kWarning, kError };
+
+struct RunSettings {
+  std::string source;  ///< URI of the depth camera or recording; empty: must come from elsewhere
+  std::string odometry = "builtin";  ///< "builtin", "file:PATH" or "lcm:CHANNEL"
+  std::string out;                   ///< folder for the results; empty: none are written
+  Rate rate = Rate::kRealtime;
+  LogLevel log_level = LogLevel::kInfo;
+};
+
+struct CameraSettings {
+  PinholeCamera model;     ///< members that are 0 are taken from the source
+  double depth_scale = 0;  ///< raw units per metre; 0: from the source
+  float min_depth_m = 0.3F;
+  float max_depth_m = 8.0F;
+};
+
+struct ReplaySettings {
+  double rate_hz = 0;  ///< of recordings without time stamps; 0: what the source takes for usual
+};
+
+struct LcmSettings {
+  bool enabled = true;
+  std::string url = "udpm://239.255.76.67:7667?ttl=0";
+  std::string prefix;  ///< put before every channel name
+};
+
+struct MemorySettings {
+  int cap_mib = 256;
+};
+
+struct Settings {
+  RunSettings run;
+  CameraSettings camera;
+  ReplaySettings replay;
+  LcmSettings lcm;
+  MemorySettings memory;
+};
+
+/// Defaults, then the file (path may be empty), then the assignments `section.key=value` in order. An Error
+/// of kUsage lists every problem, one a line: unknown keys with the nearest valid one, wrong types, values
+/// out of range, contradictions.
+[[nodiscard]] Expected<Settings> load_settings(const std::string& path,
+                                               const std::vector<std::string>& assignments);
+
+/// Every key with its comment and value, as TOML.
+[[nodiscard]] std::string to_toml(const Settings& settings);
+
+}  // namespace loopsift
