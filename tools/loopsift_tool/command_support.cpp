@@ -36,6 +36,21 @@ int fail_to_open_source(const Error& error) {
   return error.code == ErrorCode::kUsage ? kExitUsage : kExitSourceNotOpened;
 }
 
+int show_figures(const std::vector<Figure>& figures, const std::string& json_path) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  for (const Figure& figure : figures) {
+    json[figure.key] = figure.value;
+    if (figure.value.is_number_float()) {
+      std::printf("%-40s %10.4f %s\n", figure.label, figure.value.get<double>(), figure.unit);
+    } else {
+      const std::string text = figure.value.is_null() ? "-" : figure.value.dump();
+      std::printf("%-40s %10s %s\n", figure.label, text.c_str(), figure.unit);
+    }
+  }
+  const Status written = write_json(json_path, json);
+  return written.ok() ? kExitDone : fail(written.error());
+}
+
 Status write_json(const std::string& path, const nlohmann::ordered_json& json) {
   if (path.empty()) return {};
   std::ofstream file(path);

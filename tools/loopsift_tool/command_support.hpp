@@ -3,6 +3,7 @@
 #pragma once
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "core/base/result.hpp"
 
@@ -22,6 +23,18 @@ enum ExitCode : int {
 /// The same for a sequence that could not be opened: kExitSourceNotOpened, or kExitUsage for a URI that is
 /// none.
 [[nodiscard]] int fail_to_open_source(const Error& error);
+
+/// One line of a result table and one key of its JSON. A null value prints as "-".
+struct Figure {
+  const char* label;
+  const char* key;
+  nlohmann::ordered_json value;
+  const char* unit;
+};
+
+/// Prints the figures as a table and writes them as one object to the file that --json named (none when
+/// empty). Returns the exit code.
+[[nodiscard]] int show_figures(const std::vector<Figure>& figures, const std::string& json_path);
 
 /// Writes `json`, indented, to the file that --json named; an empty path writes nothing.
 [[nodiscard]] Status write_json(const std::string& path, const nlohmann::ordered_json& json);

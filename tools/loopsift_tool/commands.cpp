@@ -17,6 +17,8 @@ int parse_and_run(int argc, const char* const* argv) {
   app.require_subcommand(1);
   int exit_code = kExitDone;
   add_eval_trajectory_command(app, &exit_code);
+  add_eval_loops_command(app, &exit_code);
+  add_eval_surface_command(app, &exit_code);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

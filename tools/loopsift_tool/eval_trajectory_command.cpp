@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include <CLI/CLI.hpp>
-#include <cstdio>
 #include <memory>
 #include <string>
 
@@ -16,12 +15,8 @@ struct EvalTrajectoryOptions {
   AssociationOptions association;
 };
 
-void print_row(const char* name, const std::optional<double>& value, const char* unit) {
-  if (value) {
-    std::printf("%-38s %10.4f %s\n", name, *value, unit);
-  } else {
-    std::printf("%-38s %10s\n", name, "-");
-  }
+nlohmann::ordered_json value_or_null(const std::optional<double>& value) {
+  return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(nullptr);
 }
 
 int eval_trajectory(const EvalTrajectoryOptions& options) {
@@ -32,21 +27,14 @@ int eval_trajectory(const EvalTrajectoryOptions& options) {
   const auto pairs = associate(*gt, *est, options.association);
   if (!pairs.ok()) return fail(pairs.error());
   const TrajectoryError error = trajectory_error(*pairs);
-
-  std::printf("%-38s %10d\n", "pairs", error.pairs);
-  print_row("absolute error after alignment, RMSE", error.ate_rmse_m, "m");
-  print_row("  mean", error.ate_mean_m, "m");
-  print_row("  largest", error.ate_max_m, "m");
-  print_row("relative error over 1 s, RMSE", error.rpe_trans_rmse_m, "m");
-  print_row("  rotation", error.rpe_rot_rmse_deg, "deg");
-
-  nlohmann::ordered_json json{{"ate_rmse_m", error.ate_rmse_m}, {"ate_mean_m", error.ate_mean_m},
-                              {"ate_max_m", error.ate_max_m},   {"rpe_trans_rmse_m", nullptr},
-                              {"rpe_rot_rmse_deg", nullptr},    {"pairs", error.pairs}};
-  if (error.rpe_trans_rmse_m) json["rpe_trans_rmse_m"] = *error.rpe_trans_rmse_m;
-  if (error.rpe_rot_rmse_deg) json["rpe_rot_rmse_deg"] = *error.rpe_rot_rmse_deg;
-  if (const Status written = write_json(options.json, json); !written.ok()) return fail(written.error());
-  return kExitDone;
+  return show_figures(
+      {{"absolute error after alignment, RMSE", "ate_rmse_m", error.ate_rmse_m, "m"},
+       {"  mean", "ate_mean_m", error.ate_mean_m, "m"},
+       {"  largest", "ate_max_m", error.ate_max_m, "m"},
+       {"relative error over 1 s, RMSE", "rpe_trans_rmse_m", value_or_null(error.rpe_trans_rmse_m), "m"},
+       {"  rotation", "rpe_rot_rmse_deg", value_or_null(error.rpe_rot_rmse_deg), "deg"},
+       {"pose pairs", "pairs", error.pairs, ""}},
+      options.json);
 }
 
 }  // namespace

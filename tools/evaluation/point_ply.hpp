@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: MIT
+// Points out of PLY files, whatever else these hold. Desk code: allocates.
+#pragma once
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "core/base/result.hpp"
+
+namespace loopsift {
+
+/// The x, y, z of the vertices, in the file's unit and frame. Reads ascii and binary_little_endian; the
+/// vertices come first, other properties may be of any scalar type. Errors name the file: not there, not a
+/// PLY, big-endian, no x y z, fewer points than its header says (with their number), a value that is not
+/// finite.
+[[nodiscard]] Expected<std::vector<Eigen::Vector3f>> read_ply_points(const std::string& path);
+
+}  // namespace loopsift
