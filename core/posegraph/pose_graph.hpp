@@ -9,6 +9,7 @@
 #include "core/base/ids.hpp"
 #include "core/base/result.hpp"
 #include "core/base/span.hpp"
+#include "core/fragment/fragment.hpp"
 #include "core/geometry/se3.hpp"
 #include "core/proposal/loop.hpp"
 
@@ -42,6 +43,13 @@ struct PoseGraph {
   }
 };
 
+/// Adds a closed fragment: up to `keyframes` nodes evenly spread over its frames, odometry edges between them
+/// and from the last node before (none where tracking was lost in between), with the covariances of the
+/// frame-to-frame motions summed. Every frame but the very first must carry its motion's information.
+/// `previous` is null for the first fragment. T_map_node of the new nodes continues the current estimate of
+/// the last node.
+void append_fragment(const Fragment* previous, const Fragment& fragment, int keyframes, PoseGraph* graph);
+
 /// Fragment loop → frame loops (paper): the reference node of i to every node of j and the reference of j to
 /// every node of i, each composed from T_i_j and the poses inside the fragments. The loop's information is
 /// carried to each edge's frame by the adjoint and divided by their number, so that together they claim what
@@ -52,6 +60,9 @@ struct SolveOptions {
   int max_iterations = 50;
   double relative_cost_tolerance = 1e-6;
   double time_limit_s = 10.0;  ///< past it the solve counts as failed
+  /// Whether running into max_iterations counts as success (for callers that change the weights every few
+  /// steps); otherwise it counts as failed, as an estimate that nothing says is the minimum.
+  bool accept_iteration_limit = false;
 };
 
 struct SolveSummary {
@@ -65,15 +76,18 @@ struct SolveSummary {
 };
 
 /// Optimises graph.T_map_node in place over graph.odometry and graph.loops; node 0 stays fixed (as does the
-/// first node of each part that no edge joins to the rest). Deterministic.
+/// first node of each part that no edge joins to the rest). Levenberg–Marquardt, one thread, deterministic.
+/// On failure (a malformed graph, NaN, no convergence within the limits, out of memory) the poses stay as
+/// they were and the summary says why.
 [[nodiscard]] SolveSummary solve(const SolveOptions& options, PoseGraph* graph);
 
 /// χ² of one edge at given poses of its ends.
 [[nodiscard]] double edge_chi2(const Edge& edge, const Se3& T_map_a, const Se3& T_map_b);
 
 /// g2o text: VERTEX_SE3:QUAT and EDGE_SE3:QUAT, information converted between g2o's (t, q_xyz) and ours.
-/// write also puts `PATH.times` beside it (node id, seconds). read gives one fragment per vertex and takes
-/// edges between consecutive ids as odometry, all others as loops.
+/// write also puts `PATH.times` beside it (node id, seconds). read gives one fragment per vertex, in order of
+/// id, takes edges between consecutive vertices as odometry and all others as loops (numbered in order of
+/// appearance), and times from `PATH.times` where that is there. Errors name file and line.
 [[nodiscard]] Status write_g2o(const std::string& path, const PoseGraph& graph);
 [[nodiscard]] Expected<PoseGraph> read_g2o(const std::string& path);
 
