@@ -11,6 +11,7 @@
 #include "core/base/arena.hpp"
 #include "core/base/result.hpp"
 #include "core/fragment/fragment.hpp"
+#include "core/fragment/surfel_arrays.hpp"
 
 namespace loopsift {
 
@@ -58,10 +59,5 @@ class FragmentStore {
   std::size_t used_surfels_ = 0, used_frames_ = 0, used_views_ = 0;
   int refused_ = 0;
 };
-
-/// The elements [first, first + count) of every array.
-[[nodiscard]] SurfelSpan slice(const SurfelSpan& surfels, std::size_t first, std::size_t count);
-/// `count` surfels from the arena.
-[[nodiscard]] SurfelSpan carve_surfels(Arena& arena, const std::string& owner, std::size_t count);
 
 }  // namespace loopsift

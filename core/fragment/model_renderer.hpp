@@ -30,11 +30,13 @@ class ModelRenderer {
                           const Se3& T_odom_view);
 
  private:
-  void splat(const SurfelSpan& surfels, const Se3f& T_view_surfels);
+  void splat(const SurfelSpan& surfels, const Se3& T_view_surfels, float generation);
+  [[nodiscard]] bool stands_before(float z, float priority, std::size_t pixel) const;
 
   ModelOptions options_;
   ModelView view_;
   Span<float> x_, y_, z_, nx_, ny_, nz_;
+  Span<float> priority_;  // of what a pixel shows: generation, then squared distance from the surfel's centre
 };
 
 }  // namespace loopsift

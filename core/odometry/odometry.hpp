@@ -7,7 +7,6 @@
 #pragma once
 #include <cstdint>
 
-#include "core/base/arena.hpp"
 #include "core/base/result.hpp"
 #include "core/frame/frame.hpp"
 #include "core/geometry/se3.hpp"
@@ -69,18 +68,21 @@ struct ModelView {
 
 class Odometry {
  public:
-  Odometry(const OdometryOptions& options, Arena& arena);
+  explicit Odometry(const OdometryOptions& options);
   /// Where the next frame is expected: constant velocity in the camera frame, scaled by the times of the
   /// frames.
   [[nodiscard]] Se3 predict(std::int64_t timestamp_ns) const;
   /// Tracks the frame against the model and takes the result as the new state. Lost leaves the state as it
   /// was.
   TrackingResult track(const Frame& frame, const ModelView& model);
-  /// Starts a (new) piece of trajectory at the given pose; status kFirst.
+  /// Starts a (new) piece of trajectory at the given pose: kFirst, or kLost where the frame shows too little.
   TrackingResult start(const Frame& frame, const Se3& T_odom_camera);
   [[nodiscard]] const Se3& T_odom_camera() const { return T_odom_camera_; }
 
  private:
+  void move_to(const Se3& T_odom_camera, std::int64_t timestamp_ns);
+
+  static constexpr double kMaxPredictionS = 0.5;  // a velocity older than that says nothing
   OdometryOptions options_;
   Se3 T_odom_camera_;
   Vector6d velocity_ = Vector6d::Zero();  // per second, camera frame

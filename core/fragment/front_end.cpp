@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+#include "core/fragment/front_end.hpp"
+
+#include <chrono>
+
+namespace loopsift {
+namespace {
+
+std::int64_t now_ns() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+}  // namespace
+
+Status validate(const FrontEndOptions& o) {
+  for (Status status : {validate(o.frame), validate(o.odometry), validate(o.fragment), validate(o.model)})
+    if (!status) return status;
+  if (o.lost_patience_frames < 0)
+    return Error{ErrorCode::kUsage, "odometry.lost_patience_frames must be 0 or more"};
+  return {};
+}
+
+FrontEnd::FrontEnd(const PinholeCamera& camera, double depth_unit_m, const FrontEndOptions& options,
+                   FragmentStore* store, Arena& arena)
+    : options_(options),
+      store_(store),
+      preprocessor_(camera, depth_unit_m, options.frame, arena),
+      odometry_(options.odometry),
+      builder_(options.fragment, preprocessor_.working_camera(), camera, arena),
+      renderer_(options.model, preprocessor_.working_camera(), arena) {}
+
+FrontEndResult FrontEnd::process(const RawFrame& raw) {
+  const std::int64_t begin = now_ns();
+  const Frame& frame = preprocessor_.process(raw);
+  const std::int64_t preprocessed = now_ns();
+  const TrackingResult tracking = track(frame);
+  const std::int64_t tracked = now_ns();
+  FrontEndResult result = integrate(frame, tracking);
+  result.times = {preprocessed - begin, tracked - preprocessed, now_ns() - tracked};
+  return result;
+}
+
+FrontEndResult FrontEnd::process(const RawFrame& raw, const TrackingResult& given) {
+  const std::int64_t begin = now_ns();
+  const Frame& frame = preprocessor_.process(raw);
+  const std::int64_t preprocessed = now_ns();
+  FrontEndResult result = integrate(frame, given);
+  result.times = {preprocessed - begin, 0, now_ns() - preprocessed};
+  return result;
+}
+
+TrackingResult FrontEnd::track(const Frame& frame) {
+  const Span<const Fragment> all = store_->fragments();
+  const Span<const Fragment> piece(all.data() + piece_begin_, all.size() - piece_begin_);
+  const bool no_model = builder_.empty() && piece.empty();
+  if (no_model || lost_frames_ > options_.lost_patience_frames) {
+    return odometry_.start(frame, odometry_.T_odom_camera());
+  }
+  const ModelView& model = renderer_.render(piece, builder_.active().surfels(), builder_.T_odom_fragment(),
+                                            odometry_.predict(frame.timestamp_ns));
+  return odometry_.track(frame, model);
+}
+
+FrontEndResult FrontEnd::integrate(const Frame& frame, const TrackingResult& tracking) {
+  FrontEndResult result;
+  result.frame = frame.id;
+  result.timestamp_ns = frame.timestamp_ns;
+  result.tracking = tracking;
+  if (tracking.status == TrackingStatus::kLost) {
+    ++lost_frames_;
+    return result;
+  }
+  lost_frames_ = 0;
+  if (tracking.status == TrackingStatus::kFirst) {
+    result.closed = builder_.close(store_);  // what a loss left unfinished
+    piece_begin_ = store_->fragments().size();
+  }
+  builder_.integrate(frame, tracking.T_odom_camera, tracking.information,
+                     tracking.status == TrackingStatus::kTracked);
+  if (builder_.full()) result.closed = builder_.close(store_);
+  return result;
+}
+
+}  // namespace loopsift

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+#include "core/frame/frame.hpp"
+
+#include "core/frame/kernels.hpp"
+
+namespace loopsift {
+namespace {
+
+Error out_of_range(const char* key, const char* range) {
+  return {ErrorCode::kUsage, std::string("frame.") + key + " must be " + range};
+}
+
+}  // namespace
+
+Status validate(const FrameOptions& o) {
+  if (o.reduction != 1 && o.reduction != 2) return out_of_range("reduction", "1 or 2");
+  if (o.levels < 1 || o.levels > kMaxFrameLevels) return out_of_range("levels", "from 1 to 4");
+  if (!(o.min_depth_m >= 0)) return out_of_range("min_depth_m", "0 or more");
+  if (!(o.max_depth_m > o.min_depth_m)) return out_of_range("max_depth_m", "more than min_depth_m");
+  if (!(o.edge_fraction > 0 && o.edge_fraction < 1)) return out_of_range("edge_fraction", "between 0 and 1");
+  if (o.smoothing_radius < 0 || o.smoothing_radius > 4)
+    return out_of_range("smoothing_radius", "from 0 to 4");
+  return {};
+}
+
+FramePreprocessor::FramePreprocessor(const PinholeCamera& camera, double depth_unit_m,
+                                     const FrameOptions& options, Arena& arena)
+    : options_(options) {
+  frame_.raw_camera = camera;
+  frame_.depth_unit_m = static_cast<float>(depth_unit_m);
+  frame_.level_count = options.levels;
+  PinholeCamera level_camera = options.reduction == 2 ? camera.block_averaged(2) : camera;
+  for (std::size_t l = 0; l < static_cast<std::size_t>(options.levels); ++l) {
+    const int w = level_camera.width, h = level_camera.height;
+    const auto pixels = static_cast<std::size_t>(w) * static_cast<std::size_t>(h);
+    Level& s = storage_[l];
+    for (Span<float>* image : {&s.depth, &s.nx, &s.ny, &s.nz})
+      *image = arena.carve<float>("frame/pyramid", pixels);
+    frame_.levels[l] = {
+        level_camera, {s.depth.data(), w, h}, {s.nx.data(), w, h}, {s.ny.data(), w, h}, {s.nz.data(), w, h}};
+    if (l == 0) smoothed_ = arena.carve<float>("frame/scratch", pixels);
+    level_camera = level_camera.block_averaged(2);
+  }
+}
+
+const Frame& FramePreprocessor::process(const RawFrame& raw) {
+  frame_.id = FrameId{next_id_++};
+  frame_.timestamp_ns = raw.timestamp_ns;
+  frame_.raw_depth = raw.depth;
+  frame_.color = raw.color;
+  for (std::size_t l = 0; l < static_cast<std::size_t>(options_.levels); ++l) {
+    const PinholeCamera& camera = frame_.levels[l].camera;
+    const ImageView<float> depth(storage_[l].depth.data(), camera.width, camera.height);
+    const DepthRange range{options_.min_depth_m, options_.max_depth_m, options_.edge_fraction};
+    if (l == 0) {
+      reduce_raw(frame_.raw_depth, options_.reduction, frame_.depth_unit_m, range, depth);
+      frame_.valid_fraction = static_cast<float>(count_valid(depth)) / static_cast<float>(depth.size());
+    } else {
+      halve_depth(frame_.levels[l - 1].depth_m, options_.edge_fraction, depth);
+    }
+    const ImageView<float> smoothed(smoothed_.data(), camera.width, camera.height);
+    // A coarser pixel already averages four: half the radius there.
+    smooth_depth(depth, options_.smoothing_radius >> l, options_.edge_fraction, smoothed);
+    compute_normals(smoothed, camera, options_.edge_fraction, storage_[l].nx.data(), storage_[l].ny.data(),
+                    storage_[l].nz.data());
+  }
+  return frame_;
+}
+
+}  // namespace loopsift
