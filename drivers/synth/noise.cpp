@@ -51,8 +51,8 @@ float NoiseModel::jittered(const RenderedFrame& frame, int u, int v, std::uint64
       static_cast<float>(u) + settings_.lateral_sigma_px * gaussian(static_cast<std::uint32_t>(bits));
   const float y =
       static_cast<float>(v) + settings_.lateral_sigma_px * gaussian(static_cast<std::uint32_t>(bits >> 32));
-  const int x0 = std::clamp(static_cast<int>(std::floor(x)), 0, camera_.width - 2);
-  const int y0 = std::clamp(static_cast<int>(std::floor(y)), 0, camera_.height - 2);
+  const int x0 = std::clamp(static_cast<int>(x), 0, camera_.width - 2);
+  const int y0 = std::clamp(static_cast<int>(y), 0, camera_.height - 2);
   const float sx = std::clamp(x - static_cast<float>(x0), 0.0F, 1.0F);
   const float sy = std::clamp(y - static_cast<float>(y0), 0.0F, 1.0F);
   const float* d = frame.depth.data() + static_cast<std::ptrdiff_t>(y0) * camera_.width + x0;
@@ -100,7 +100,8 @@ void NoiseModel::row_with_noise(const RenderedFrame& frame, std::uint64_t salt, 
     if (!(depth > 0.0F)) continue;
     const float steps = steps_per_px * fb / depth +
                         settings_.disparity_sigma_steps * gaussian(static_cast<std::uint32_t>(more));
-    const float measured = steps_per_px * fb / std::max(1.0F, std::nearbyint(steps));
+    const float measured =
+        steps_per_px * fb / static_cast<float>(std::max(1, static_cast<int>(steps + 0.5F)));
     if (measured < settings_.min_depth_m || measured > settings_.max_depth_m) continue;
     out[u] = static_cast<std::uint16_t>(std::min(65535.0F, measured * units_per_m + 0.5F));
   }

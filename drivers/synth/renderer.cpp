@@ -48,48 +48,68 @@ struct Renderer::Embree {
 struct Renderer::Packet {
   RTCRayHit8 rays;
   alignas(32) std::array<int, kLanes> valid;
+  alignas(32) std::array<float, kLanes> cosine;
 
-  [[nodiscard]] bool hit(int lane) const { return rays.hit.geomID[lane] != RTC_INVALID_GEOMETRY_ID; }
-  [[nodiscard]] Eigen::Vector3f direction(int lane) const {
-    return {rays.ray.dir_x[lane], rays.ray.dir_y[lane], rays.ray.dir_z[lane]};
-  }
-  [[nodiscard]] Eigen::Vector3f origin(int lane) const {
-    return {rays.ray.org_x[lane], rays.ray.org_y[lane], rays.ray.org_z[lane]};
-  }
-  /// Unit length, towards the camera.
-  [[nodiscard]] Eigen::Vector3f normal(int lane) const {
-    const Eigen::Vector3f n =
-        Eigen::Vector3f(rays.hit.Ng_x[lane], rays.hit.Ng_y[lane], rays.hit.Ng_z[lane]).normalized();
-    return n.dot(direction(lane)) > 0.0F ? Eigen::Vector3f(-n) : n;
-  }
-
-  /// Rays whose parameter is the z depth: direction (x, y, 1) in the camera, turned into the world.
-  void aim(const PinholeCamera& camera, const Se3f& T_world_camera, int x, int y) {
+  explicit Packet(const Eigen::Vector3f& origin) {
     for (int lane = 0; lane < kLanes; ++lane) {
-      const int u = x + lane % kBlockWidth, v = y + lane / kBlockWidth;
-      valid[static_cast<std::size_t>(lane)] = u < camera.width && v < camera.height ? -1 : 0;
-      const Eigen::Vector3f d =
-          T_world_camera.R * camera.unproject(static_cast<float>(u), static_cast<float>(v), 1.0F);
-      rays.ray.org_x[lane] = T_world_camera.t.x();
-      rays.ray.org_y[lane] = T_world_camera.t.y();
-      rays.ray.org_z[lane] = T_world_camera.t.z();
-      rays.ray.dir_x[lane] = d.x();
-      rays.ray.dir_y[lane] = d.y();
-      rays.ray.dir_z[lane] = d.z();
+      rays.ray.org_x[lane] = origin.x();
+      rays.ray.org_y[lane] = origin.y();
+      rays.ray.org_z[lane] = origin.z();
       rays.ray.tnear[lane] = 0.0F;
-      rays.ray.tfar[lane] = std::numeric_limits<float>::infinity();
       rays.ray.time[lane] = 0.0F;
       rays.ray.mask[lane] = ~0U;
       rays.ray.id[lane] = 0;
       rays.ray.flags[lane] = 0;
-      rays.hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
       rays.hit.instID[0][lane] = RTC_INVALID_GEOMETRY_ID;
+    }
+  }
+
+  [[nodiscard]] bool hit(int lane) const { return rays.hit.geomID[lane] != RTC_INVALID_GEOMETRY_ID; }
+  [[nodiscard]] Eigen::Vector3f point(int lane) const {
+    const float z = rays.ray.tfar[lane];
+    return {rays.ray.org_x[lane] + z * rays.ray.dir_x[lane], rays.ray.org_y[lane] + z * rays.ray.dir_y[lane],
+            rays.ray.org_z[lane] + z * rays.ray.dir_z[lane]};
+  }
+
+  /// Rays whose parameter is the z depth: direction (x, y, 1) in the camera, turned into the world.
+  void aim(const PinholeCamera& camera, const Eigen::Matrix3f& R, int x, int y) {
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const int u = x + lane % kBlockWidth, v = y + lane / kBlockWidth;
+      const float dx = (static_cast<float>(u) - camera.cx) / camera.fx;
+      const float dy = (static_cast<float>(v) - camera.cy) / camera.fy;
+      valid[static_cast<std::size_t>(lane)] = u < camera.width && v < camera.height ? -1 : 0;
+      rays.ray.dir_x[lane] = R(0, 0) * dx + R(0, 1) * dy + R(0, 2);
+      rays.ray.dir_y[lane] = R(1, 0) * dx + R(1, 1) * dy + R(1, 2);
+      rays.ray.dir_z[lane] = R(2, 0) * dx + R(2, 1) * dy + R(2, 2);
+      rays.ray.tfar[lane] = std::numeric_limits<float>::infinity();
+      rays.hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
+    }
+  }
+
+  /// The cosine between ray and normal; negative where the triangle is seen from inside.
+  void measure_cosines() {
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const float dx = rays.ray.dir_x[lane], dy = rays.ray.dir_y[lane], dz = rays.ray.dir_z[lane];
+      const float nx = rays.hit.Ng_x[lane], ny = rays.hit.Ng_y[lane], nz = rays.hit.Ng_z[lane];
+      const float squared_lengths = (dx * dx + dy * dy + dz * dz) * (nx * nx + ny * ny + nz * nz);
+      cosine[static_cast<std::size_t>(lane)] = -(dx * nx + dy * ny + dz * nz) / std::sqrt(squared_lengths);
     }
   }
 };
 
 Renderer::Renderer(const Scene& scene, std::unique_ptr<Embree> embree)
-    : scene_(scene), embree_(std::move(embree)) {}
+    : scene_(scene), embree_(std::move(embree)) {
+  const auto corner = [&](int i) -> const Eigen::Vector3f& {
+    return scene_.mesh.vertices[static_cast<std::size_t>(i)];
+  };
+  for (const Eigen::Vector3i& t : scene_.mesh.triangles) {
+    const Eigen::Vector3f normal =
+        (corner(t.y()) - corner(t.x())).cross(corner(t.z()) - corner(t.x())).normalized();
+    int axis = 0;
+    (void)normal.cwiseAbs().maxCoeff(&axis);
+    faces_.push_back({light(normal), light(-normal), axis});
+  }
+}
 Renderer::~Renderer() = default;
 
 Expected<std::unique_ptr<Renderer>> Renderer::create(const Scene& scene) {
@@ -119,7 +139,7 @@ Rgb8 Renderer::shade(const Packet& packet, int lane) const {
   const float b = packet.rays.hit.u[lane], c = packet.rays.hit.v[lane], a = 1.0F - b - c;
   const auto i = static_cast<std::size_t>(t.x()), j = static_cast<std::size_t>(t.y()),
              k = static_cast<std::size_t>(t.z());
-  const Eigen::Vector3f normal = packet.normal(lane);
+  const Face& face = faces_[prim];
   Eigen::Vector3f color;
   if (!scene_.mesh.colors.empty()) {
     const auto at = [&](std::size_t n) {
@@ -132,14 +152,12 @@ Rgb8 Renderer::shade(const Packet& packet, int lane) const {
     if (!scene_.uv.empty()) {
       uv = a * scene_.uv[i] + b * scene_.uv[j] + c * scene_.uv[k];
     } else {  // projected along the axis that the surface faces most
-      const Eigen::Vector3f p = packet.origin(lane) + packet.rays.ray.tfar[lane] * packet.direction(lane);
-      int axis = 0;
-      (void)normal.cwiseAbs().maxCoeff(&axis);
-      uv = {p((axis + 1) % 3), p((axis + 2) % 3)};
+      const Eigen::Vector3f p = packet.point(lane);
+      uv = {p((face.axis + 1) % 3), p((face.axis + 2) % 3)};
     }
     color = sample_material(scene_.materials[scene_.material_of[prim]], uv.x(), uv.y());
   }
-  color *= light(normal);
+  color *= packet.cosine[static_cast<std::size_t>(lane)] >= 0.0F ? face.light_front : face.light_back;
   return {to_byte(color.x()), to_byte(color.y()), to_byte(color.z())};
 }
 
@@ -151,26 +169,31 @@ void Renderer::render(const PinholeCamera& camera, const Se3& T_world_camera, bo
   out->depth.resize(pixels);
   out->cosine.resize(pixels);
   out->color.resize(want_color ? pixels : 0);
-  const Se3f T(T_world_camera);
+  const Eigen::Matrix3f R = T_world_camera.rotation().cast<float>();
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  Packet packet;
+  Packet packet(T_world_camera.translation().cast<float>());
   for (int y = 0; y < camera.height; y += kBlockHeight)
     for (int x = 0; x < camera.width; x += kBlockWidth) {
-      packet.aim(camera, T, x, y);
+      packet.aim(camera, R, x, y);
       rtcIntersect8(packet.valid.data(), embree_->scene, &context, &packet.rays);
-      for (int lane = 0; lane < kLanes; ++lane) {
-        if (packet.valid[static_cast<std::size_t>(lane)] == 0) continue;
-        const auto pixel =
-            static_cast<std::size_t>((y + lane / kBlockWidth) * camera.width + x + lane % kBlockWidth);
-        const bool hit = packet.hit(lane);
-        out->depth[pixel] = hit ? packet.rays.ray.tfar[lane] : 0.0F;
-        out->cosine[pixel] =
-            hit ? -packet.normal(lane).dot(packet.direction(lane)) / packet.direction(lane).norm() : 0.0F;
-        if (want_color) out->color[pixel] = hit ? shade(packet, lane) : Rgb8{};
-      }
+      packet.measure_cosines();
+      store(packet, x, y, want_color, out);
     }
+}
+
+void Renderer::store(const Packet& packet, int x, int y, bool want_color, RenderedFrame* out) const {
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const auto l = static_cast<std::size_t>(lane);
+    if (packet.valid[l] == 0) continue;
+    const auto pixel =
+        static_cast<std::size_t>((y + lane / kBlockWidth) * out->width + x + lane % kBlockWidth);
+    const bool hit = packet.hit(lane);
+    out->depth[pixel] = hit ? packet.rays.ray.tfar[lane] : 0.0F;
+    out->cosine[pixel] = hit ? std::abs(packet.cosine[l]) : 0.0F;
+    if (want_color) out->color[pixel] = hit ? shade(packet, lane) : Rgb8{};
+  }
 }
 
 }  // namespace loopsift

@@ -36,10 +36,17 @@ class Renderer {
  private:
   struct Embree;
   struct Packet;
+  /// What shading needs of a triangle.
+  struct Face {
+    float light_front, light_back;  ///< brightness seen from either side
+    int axis;                       ///< that it faces most
+  };
   Renderer(const Scene& scene, std::unique_ptr<Embree> embree);
+  void store(const Packet& packet, int x, int y, bool want_color, RenderedFrame* out) const;
   [[nodiscard]] Rgb8 shade(const Packet& packet, int lane) const;
 
   Scene scene_;
+  std::vector<Face> faces_;
   std::unique_ptr<Embree> embree_;
 };
 

@@ -53,7 +53,7 @@ void furnish_north_and_west(SceneBuilder& b) {
   at(1.4F, 4.95F, 1.5F, 180), add_picture(b, 0.35F, 0.35F, 25);
   at(0.55F, 4.9F, 0, 180), add_crates(b, 8);
   at(0.05F, 3.9F, 0, -90), add_door(b, 31);
-  at(0.06F, 2.4F, 0, -90), add_cupboard(b, 1.1F, 0.58F, 2.05F, 37);
+  at(0.06F, 2.4F, 0, -90), add_cupboard(b, 0.9F, 0.5F, 2.05F, 37);
   at(0.3F, 2.4F, 2.08F, -90), add_clutter(b, 0.8F, 0.2F, 4, 38);
   at(0.08F, 1.25F, 0, -90), add_chair(b, 51);
   at(0.05F, 1.2F, 1.35F, -90), add_picture(b, 0.6F, 0.8F, 29);

@@ -73,9 +73,10 @@ std::array<Table, kPatterns> make_tables() {
   return tables;
 }
 
-/// Bilinear and periodic; x, y in periods.
+/// Bilinear and periodic; x, y in periods, above −kLift.
 float lookup(const Table& table, float x, float y) {
-  const float fx = (x - std::floor(x)) * kSize, fy = (y - std::floor(y)) * kSize;
+  constexpr float kLift = 64.0F;  // makes the cast to int round down
+  const float fx = (x + kLift) * kSize, fy = (y + kLift) * kSize;
   const int ix = static_cast<int>(fx), iy = static_cast<int>(fy);
   const float sx = fx - static_cast<float>(ix), sy = fy - static_cast<float>(iy);
   const auto at = [&](int dx, int dy) {
