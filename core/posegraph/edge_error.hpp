@@ -21,13 +21,4 @@ struct EdgeLinearization {
 [[nodiscard]] Vector6d edge_error(const Se3& T_b_a, const Se3& T_map_a, const Se3& T_map_b);
 [[nodiscard]] EdgeLinearization linearize_edge(const Se3& T_b_a, const Se3& T_map_a, const Se3& T_map_b);
 
-/// S with SᵀS = information, so that ‖S e‖² = eᵀ Λ e: D^½ Lᵀ P of the pivoted Cholesky factor, which takes
-/// semi-definite matrices too. False when the matrix is not finite, not symmetric or has a negative
-/// eigenvalue (beyond rounding).
-[[nodiscard]] bool square_root_information(const Matrix6d& information, Matrix6d* S);
-
-/// Says what is wrong with a graph that no solver can take (sizes, an edge's ends, a pose, an information
-/// matrix), naming the node or edge. Allocates only when there is something to say.
-[[nodiscard]] Status check_graph(const PoseGraph& graph);
-
 }  // namespace loopsift

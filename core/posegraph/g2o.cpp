@@ -8,7 +8,7 @@
 #include <map>
 #include <sstream>
 
-#include "core/posegraph/edge_error.hpp"
+#include "core/posegraph/graph_check.hpp"
 #include "core/posegraph/pose_graph.hpp"
 
 namespace loopsift {

@@ -7,9 +7,9 @@
 #include <array>
 #include <cmath>
 #include <new>
-#include <numeric>
 
 #include "core/posegraph/edge_error.hpp"
+#include "core/posegraph/graph_check.hpp"
 #include "core/posegraph/pose_graph.hpp"
 
 namespace loopsift {
@@ -81,27 +81,12 @@ class EdgeCost final : public ceres::SizedCostFunction<6, 7, 7> {
   Matrix6d S_;
 };
 
-int root(std::vector<int>* parent, int node) {
-  while ((*parent)[static_cast<std::size_t>(node)] != node) {
-    int& up = (*parent)[static_cast<std::size_t>(node)];
-    up = (*parent)[static_cast<std::size_t>(up)];
-    node = up;
-  }
-  return node;
-}
-
-// The first node of each connected part, found by union towards the lower index.
+// The first node of each part that edges join.
 std::vector<int> fixed_nodes(const PoseGraph& graph) {
-  std::vector<int> parent(graph.T_map_node.size());
-  std::iota(parent.begin(), parent.end(), 0);
-  for (const std::vector<Edge>* edges : {&graph.odometry, &graph.loops})
-    for (const Edge& edge : *edges) {
-      const int a = root(&parent, edge.a), b = root(&parent, edge.b);
-      parent[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
-    }
-  std::vector<int> fixed;
-  for (int node = 0; node < static_cast<int>(parent.size()); ++node)
-    if (parent[static_cast<std::size_t>(node)] == node) fixed.push_back(node);
+  std::vector<int> first_of_part(graph.T_map_node.size()), fixed;
+  find_parts(graph, first_of_part);
+  for (int node = 0; node < static_cast<int>(first_of_part.size()); ++node)
+    if (first_of_part[static_cast<std::size_t>(node)] == node) fixed.push_back(node);
   return fixed;
 }
 
@@ -136,8 +121,8 @@ ceres::Solver::Options solver_options(const SolveOptions& options) {
   ceres_options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
   ceres_options.max_num_iterations = options.max_iterations;
   ceres_options.function_tolerance = options.relative_cost_tolerance;
-  ceres_options.gradient_tolerance = 1e-14;   // the cost decides
-  ceres_options.parameter_tolerance = 1e-14;  //
+  ceres_options.gradient_tolerance = 1e-10;   // a start at the minimum ends on this,
+  ceres_options.parameter_tolerance = 1e-14;  // all others on the cost
   ceres_options.max_solver_time_in_seconds = options.time_limit_s;
   ceres_options.num_threads = 1;
   ceres_options.logging_type = ceres::SILENT;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "core/posegraph/edge_error.hpp"
 
+#include "core/posegraph/graph_check.hpp"
+
 #include <gtest/gtest.h>
 
 #include <random>
