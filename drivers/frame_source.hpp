@@ -50,7 +50,8 @@ class FrameSource {
   /// The next frame in order of time, written into frame's buffers (whose capacities fit info()).
   /// timeout_ms bounds the wait of live sources; recordings ignore it.
   [[nodiscard]] virtual ReadStatus read(RawFrame& frame, int timeout_ms) = 0;
-  /// Why the last read was kBad or kLost; empty otherwise.
+  /// Why the last read was kBad or kLost, or why its kFrame came without the colour that belongs to it; empty
+  /// otherwise.
   [[nodiscard]] virtual const std::string& message() const = 0;
 };
 

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+// The only place that lists the drivers.
+#include <algorithm>
+#include <array>
+#include <string_view>
+
+#include "drivers/frame_source.hpp"
+#include "drivers/replay/replay_source.hpp"
+#include "drivers/synth/synth_source.hpp"
+
+namespace loopsift {
+namespace {
+
+constexpr std::string_view kAvailable =
+    "replay:FORMAT:PATH (tum, 7scenes, redwood, sun3d, klg) and synth:SCENE";
+// Sources that the program may have, but this build has not.
+constexpr std::array<std::string_view, 4> kLeftOut = {"openni2", "v4l2", "libcamera", "lcm"};
+
+// "head:tail" at the first colon; everything is head where there is none.
+struct Parts {
+  std::string head, tail;
+};
+
+Parts split(const std::string& text) {
+  const std::size_t colon = std::min(text.find(':'), text.size());
+  return {text.substr(0, colon), colon < text.size() ? text.substr(colon + 1) : ""};
+}
+
+}  // namespace
+
+Expected<std::unique_ptr<FrameSource>> open_source(const std::string& uri, const SourceOptions& options) {
+  const Parts parts = split(uri);
+  if (parts.head == "replay") {
+    const Parts format = split(parts.tail);
+    return open_replay(format.head, format.tail, options);
+  }
+  if (parts.head == "synth") return open_synth(parts.tail, options);
+  if (std::find(kLeftOut.begin(), kLeftOut.end(), parts.head) != kLeftOut.end()) {
+    return Error{ErrorCode::kUnsupported, "source '" + uri + "': this build has no " + parts.head +
+                                              " driver; available are " + std::string(kAvailable)};
+  }
+  return Error{ErrorCode::kUsage, "source '" + uri + "': unknown kind '" + parts.head + "'; known are " +
+                                      std::string(kAvailable)};
+}
+
+}  // namespace loopsift
