@@ -74,6 +74,10 @@ OptionTable bind(Settings& s) {
 
 /// What no single key shows to be wrong.
 void check_together(const Settings& s, std::vector<std::string>* problems) {
+  if (s.run.odometry != "builtin" && s.run.odometry.rfind("file:", 0) != 0 &&
+      s.run.odometry.rfind("lcm:", 0) != 0)
+    problems->push_back("run.odometry: \"" + s.run.odometry +
+                        "\" is none of builtin, file:TRAJECTORY, lcm:CHANNEL");
   if (s.camera.min_depth_m >= s.camera.max_depth_m)
     problems->push_back("camera.min_depth_m must be less than camera.max_depth_m");
   if (s.lcm.enabled && s.lcm.url.find("://") == std::string::npos)
