@@ -59,7 +59,7 @@ void declare(CLI::App& app, Arguments* a) {
          "--rate", a->rate,
          "realtime: at the recording's pace, late frames dropped; max: every frame, fast and repeatable")
       ->type_name("realtime|max")
-      ->check(CLI::IsMember({"realtime", "max"}));
+      ->check(CLI::IsMember({"realtime", "max"}).description(""));
   app.add_option("--set", a->assignments, "Change one setting, as in --set camera.max_depth_m=4; repeatable")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);

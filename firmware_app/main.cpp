@@ -56,7 +56,7 @@ int report(const std::optional<Failure>& failure) {
 int print_budget(const Settings& settings) {
   MemoryBudget budget;
   const std::optional<Failure> failure = plan_memory(settings, &budget);
-  if (!budget.rows.empty())
+  if (!failure)  // a failure's message holds the table
     std::fputs(budget.to_text(static_cast<std::size_t>(settings.memory.cap_mib) << 20).c_str(), stdout);
   return report(failure);
 }

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+// A subscriber as a process of its own: lcm_listen URL. Prints "listening" once it hears the bus, then until
+// SIGTERM counts what arrives, decodes it and checks that it makes sense; then prints JSON:
+//   {"CHANNEL": {"count": 60, "bad": 0, "out_of_order": 0}, ...}
+// Message types are told by the end of the channel's name. Exit 0, or 1 when LCM cannot be opened.
+#include <lcm/lcm.h>
+
+#include <bot_core/pose_t.hpp>
+#include <bot_frames/update_t.hpp>
+#include <cmath>
+#include <csignal>
+#include <cstdint>
+#include <cstdio>
+#include <loopsift/correction_t.hpp>
+#include <loopsift/loop_t.hpp>
+#include <map>
+#include <string>
+
+namespace {
+
+struct Tally {
+  int count = 0;
+  int bad = 0;           // not decoded, or not a number, or no rotation
+  int out_of_order = 0;  // utime not after the one before
+  std::int64_t last_utime = INT64_MIN;
+};
+using Tallies = std::map<std::string, Tally>;
+
+volatile std::sig_atomic_t stop_requested = 0;
+void request_stop(int /*signal*/) { stop_requested = 1; }
+
+bool is_transform(const double (&trans)[3], const double (&quat)[4]) {
+  double norm = 0;
+  for (const double q : quat) norm += q * q;
+  return std::isfinite(trans[0] + trans[1] + trans[2]) && std::abs(norm - 1) < 1e-6;
+}
+
+bool makes_sense(const bot_core::pose_t& m) { return is_transform(m.pos, m.orientation); }
+bool makes_sense(const bot_frames::update_t& m) { return is_transform(m.trans, m.quat) && !m.frame.empty(); }
+bool makes_sense(const loopsift::loop_t& m) { return is_transform(m.T_i_j.trans, m.T_i_j.quat) && m.id >= 0; }
+bool makes_sense(const loopsift::correction_t& m) {
+  bool good = is_transform(m.T_map_odom.trans, m.T_map_odom.quat) && m.epoch > 0;
+  for (const auto& T : m.T_map_fragment) good = good && is_transform(T.trans, T.quat);
+  return good;
+}
+
+/// Decodes; false when that fails or the content is nonsense.
+template <class Message>
+bool check(const lcm_recv_buf_t& received, std::int64_t* utime) {
+  Message message{};
+  const int size = static_cast<int>(received.data_size);
+  if (message.decode(received.data, 0, size) != size) return false;
+  *utime = message.utime;
+  return makes_sense(message);
+}
+
+bool ends_with(const std::string& text, const std::string& end) {
+  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
+
+void receive(const lcm_recv_buf_t* received, const char* channel_name, void* user) {
+  const std::string channel = channel_name;
+  Tally& tally = (*static_cast<Tallies*>(user))[channel];
+  std::int64_t utime = INT64_MIN;
+  bool good = false;
+  if (ends_with(channel, "LOOPSIFT_CORRECTION")) good = check<loopsift::correction_t>(*received, &utime);
+  if (ends_with(channel, "LOOPSIFT_UPDATE")) good = check<bot_frames::update_t>(*received, &utime);
+  if (ends_with(channel, "LOOPSIFT_LOOP")) good = check<loopsift::loop_t>(*received, &utime);
+  if (ends_with(channel, "POSE") || ends_with(channel, "POSE_ODOM"))
+    good = check<bot_core::pose_t>(*received, &utime);
+  ++tally.count;
+  if (!good) ++tally.bad;
+  if (utime <= tally.last_utime && !ends_with(channel, "LOOPSIFT_LOOP")) ++tally.out_of_order;
+  tally.last_utime = utime;
+}
+
+void print_json(const Tallies& tallies) {
+  const char* separator = "{";
+  for (const auto& [channel, tally] : tallies) {
+    std::printf("%s\"%s\": {\"count\": %d, \"bad\": %d, \"out_of_order\": %d}", separator, channel.c_str(),
+                tally.count, tally.bad, tally.out_of_order);
+    separator = ",\n ";
+  }
+  std::printf("%s}\n", tallies.empty() ? "{" : "");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    std::fprintf(stderr, "usage: lcm_listen URL\n");
+    return 2;
+  }
+  lcm_t* lcm = lcm_create(argv[1]);
+  if (lcm == nullptr) return 1;
+  Tallies tallies;
+  lcm_subscription_t* subscription = lcm_subscribe(lcm, ".*", receive, &tallies);
+  lcm_subscription_set_queue_capacity(subscription, 10'000);
+  std::signal(SIGTERM, request_stop);
+  std::printf("listening\n");
+  std::fflush(stdout);
+  constexpr int kQuiet_ms = 500;  // after SIGTERM, this long without a message is the end
+  while (lcm_handle_timeout(lcm, kQuiet_ms) != 0 || stop_requested == 0) {
+  }
+  lcm_destroy(lcm);
+  print_json(tallies);
+  return 0;
+}
