@@ -19,6 +19,7 @@ int parse_and_run(int argc, const char* const* argv) {
   add_eval_trajectory_command(app, &exit_code);
   add_eval_loops_command(app, &exit_code);
   add_eval_surface_command(app, &exit_code);
+  add_synth_command(app, &exit_code);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -14,5 +14,6 @@ namespace loopsift::tool {
 void add_eval_loops_command(CLI::App& app, int* exit_code);
 void add_eval_surface_command(CLI::App& app, int* exit_code);
 void add_eval_trajectory_command(CLI::App& app, int* exit_code);
+void add_synth_command(CLI::App& app, int* exit_code);
 
 }  // namespace loopsift::tool
