@@ -16,8 +16,8 @@ class Span {
   /// A view of anything contiguous with data() and size(), or of the same elements as const.
   template <class Container,
             class = std::enable_if_t<std::is_convertible_v<decltype(std::declval<Container&>().data()), T*>>>
-  Span(Container& c)
-      : data_(c.data()), size_(c.size()) {}  // NOLINT(google-explicit-constructor): as std::span
+  // NOLINTNEXTLINE(google-explicit-constructor): as std::span
+  Span(Container& c) : data_(c.data()), size_(c.size()) {}
   [[nodiscard]] T* data() const { return data_; }
   [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] bool empty() const { return size_ == 0; }

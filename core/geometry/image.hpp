@@ -20,8 +20,8 @@ struct ImageView {
   ImageView(T* d, int w, int h, int s) : data(d), width(w), height(h), stride(s) {}
   /// Views convert to views of const.
   template <class U, class = std::enable_if_t<std::is_same_v<const U, T>>>
-  ImageView(const ImageView<U>& o)
-      : data(o.data), width(o.width), height(o.height), stride(o.stride) {}  // NOLINT
+  // NOLINTNEXTLINE(google-explicit-constructor): as a pointer converts
+  ImageView(const ImageView<U>& o) : data(o.data), width(o.width), height(o.height), stride(o.stride) {}
 
   [[nodiscard]] T* row(int y) const { return data + static_cast<std::ptrdiff_t>(y) * stride; }
   T& operator()(int x, int y) const {

@@ -56,10 +56,10 @@ Scene build_scene(RTCDevice device, Span<const Eigen::Vector3f> vertices,
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
   void* vertex_buffer = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                                 sizeof(Eigen::Vector3f), vertices.size());
-  std::memcpy(vertex_buffer, vertices.data(), vertices.size() * sizeof(Eigen::Vector3f));
+  std::memcpy(vertex_buffer, vertices.data()->data(), vertices.size() * sizeof(Eigen::Vector3f));
   void* index_buffer = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                                sizeof(Eigen::Vector3i), triangles.size());
-  std::memcpy(index_buffer, triangles.data(), triangles.size() * sizeof(Eigen::Vector3i));
+  std::memcpy(index_buffer, triangles.data()->data(), triangles.size() * sizeof(Eigen::Vector3i));
   rtcCommitGeometry(geometry);
   Scene scene(rtcNewScene(device), &rtcReleaseScene);
   rtcAttachGeometry(scene.get(), geometry);
