@@ -35,6 +35,11 @@ std::string scene_string(const SynthOptions& options) {
   return text;
 }
 
+Status check_camera(const std::vector<double>& c) {
+  if (c.empty() || (c[0] > 0 && c[1] > 0 && c[4] >= 16 && c[5] >= 16)) return {};
+  return Error{ErrorCode::kUsage, "--camera: fx and fy must be positive, width and height at least 16"};
+}
+
 SourceOptions source_options(const SynthOptions& options) {
   SourceOptions source;
   source.seed = options.seed;
@@ -51,6 +56,7 @@ SourceOptions source_options(const SynthOptions& options) {
 Expected<SynthSequence> make_sequence(const SynthOptions& options) {
   if (options.mesh.empty() && options.scene.empty())
     return Error{ErrorCode::kUsage, "synth needs a SCENE, or --mesh and --trajectory"};
+  if (Status s = check_camera(options.camera); !s) return s.error();
   if (options.mesh.empty()) return make_synth_sequence(scene_string(options), source_options(options));
   auto settings = parse_synth_settings(scene_string(options), source_options(options));
   if (!settings) return settings.error();
