@@ -3,9 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
 
 #include "drivers/synth/mesh_io.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace loopsift {
 namespace {
@@ -14,18 +14,10 @@ using ::testing::HasSubstr;
 
 class MeshFiles : public ::testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = std::filesystem::path(::testing::TempDir()) /
-              ("mesh_" + std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
-    std::filesystem::create_directories(folder_);
+  [[nodiscard]] std::string file(const std::string& name, const std::string& text) const {
+    return folder_.write(name, text);
   }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-  std::string file(const std::string& name, const std::string& text) const {
-    const std::string path = (folder_ / name).string();
-    std::ofstream(path, std::ios::binary) << text;
-    return path;
-  }
-  std::filesystem::path folder_;
+  test::TemporaryFolder folder_;
 };
 
 TEST_F(MeshFiles, ObjWithSlashesNegativeIndicesAndPolygons) {
@@ -57,7 +49,7 @@ TEST_F(MeshFiles, ObjErrorsNameFileAndLine) {
 }
 
 TEST_F(MeshFiles, MissingFileAndUnknownEnding) {
-  const auto missing = read_mesh((folder_ / "missing.obj").string());
+  const auto missing = read_mesh(folder_ / "missing.obj");
   ASSERT_FALSE(missing.ok());
   EXPECT_EQ(missing.error().code, ErrorCode::kNotFound);
   EXPECT_THAT(missing.error().message, HasSubstr("missing.obj"));
@@ -71,7 +63,7 @@ TEST_F(MeshFiles, PlyRoundTripKeepsEverything) {
   mesh.vertices = {{0, 0, 0}, {1.5F, 0, 0}, {0, 2.25F, 0}, {0, 0, -3}};
   mesh.triangles = {{0, 1, 2}, {0, 3, 1}};
   mesh.colors = {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}, {255, 0, 128}};
-  const std::string path = (folder_ / "mesh.ply").string();
+  const std::string path = folder_ / "mesh.ply";
   ASSERT_TRUE(write_ply(path, mesh).ok());
   const auto read = read_mesh(path);
   ASSERT_TRUE(read.ok()) << read.error().message;
@@ -110,7 +102,7 @@ TEST_F(MeshFiles, PlyErrorsNameFileAndPlace) {
   TriangleMesh mesh;
   mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 2, 0}};
   mesh.triangles = {{0, 1, 2}, {0, 2, 1}};
-  const std::string path = (folder_ / "cut.ply").string();
+  const std::string path = folder_ / "cut.ply";
   ASSERT_TRUE(write_ply(path, mesh).ok());
   std::filesystem::resize_file(path, std::filesystem::file_size(path) - 5);
   const auto cut = read_ply(path);
