@@ -13,51 +13,47 @@ constexpr std::size_t kBatch = 256;     // surfels transformed at a time
 constexpr float kGeneration = 1024.0F;  // above any squared pixel distance of a splat
 constexpr float kNearest = 0.1F;        // metres; nearer surfels are behind or in the lens
 
-// Surfels in the view: positions, normals, pixels and splat radii; radius −1 for what is out of sight.
+// Pixels, depths and splat radii of surfels in the view; radius −1 for what is out of sight or faces away.
 struct Batch {
-  alignas(32) float x[kBatch], y[kBatch], z[kBatch], nx[kBatch], ny[kBatch], nz[kBatch];
-  alignas(32) float u[kBatch], v[kBatch], radius[kBatch];
+  alignas(32) float z[kBatch], u[kBatch], v[kBatch], radius[kBatch];
 };
 
 struct Pose {
   float R[9], t[3];
 };
 
-LOOPSIFT_SIMD void transform(const SurfelSpan& s, std::size_t begin, std::size_t count, const Pose& T,
-                             const PinholeCamera& camera, Batch& __restrict out) {
+LOOPSIFT_SIMD void project(const SurfelSpan& s, std::size_t begin, std::size_t count, const Pose& T,
+                           const PinholeCamera& camera, Batch& __restrict out) {
   const float *x = s.x.data() + begin, *y = s.y.data() + begin, *z = s.z.data() + begin;
   const float *nx = s.nx.data() + begin, *ny = s.ny.data() + begin, *nz = s.nz.data() + begin;
   const float* radius = s.radius.data() + begin;
+  // The view's centre in the surfels' frame: a surfel faces it when n · (c − p) > 0.
+  const float cx = -(T.R[0] * T.t[0] + T.R[3] * T.t[1] + T.R[6] * T.t[2]);
+  const float cy = -(T.R[1] * T.t[0] + T.R[4] * T.t[1] + T.R[7] * T.t[2]);
+  const float cz = -(T.R[2] * T.t[0] + T.R[5] * T.t[1] + T.R[8] * T.t[2]);
   const auto width = static_cast<float>(camera.width), height = static_cast<float>(camera.height);
   for (std::size_t i = 0; i < count; ++i) {
     const float px = T.R[0] * x[i] + T.R[1] * y[i] + T.R[2] * z[i] + T.t[0];
     const float py = T.R[3] * x[i] + T.R[4] * y[i] + T.R[5] * z[i] + T.t[1];
     const float pz = T.R[6] * x[i] + T.R[7] * y[i] + T.R[8] * z[i] + T.t[2];
-    const float mx = T.R[0] * nx[i] + T.R[1] * ny[i] + T.R[2] * nz[i];
-    const float my = T.R[3] * nx[i] + T.R[4] * ny[i] + T.R[5] * nz[i];
-    const float mz = T.R[6] * nx[i] + T.R[7] * ny[i] + T.R[8] * nz[i];
+    const float facing = nx[i] * (cx - x[i]) + ny[i] * (cy - y[i]) + nz[i] * (cz - z[i]);
     const float inverse_z = 1.0F / std::max(pz, kNearest);
     const float u = camera.fx * px * inverse_z + camera.cx, v = camera.fy * py * inverse_z + camera.cy;
     const float r = radius[i] * camera.fx * inverse_z;
-    const bool seen = (pz > kNearest) & (mx * px + my * py + mz * pz < 0.0F) & (u > -0.5F - r) &
-                      (v > -0.5F - r) & (u < width - 0.5F + r) & (v < height - 0.5F + r);
-    out.x[i] = px;
-    out.y[i] = py;
+    const bool seen = (pz > kNearest) & (facing > 0.0F) & (u > -0.5F - r) & (v > -0.5F - r) &
+                      (u < width - 0.5F + r) & (v < height - 0.5F + r);
     out.z[i] = pz;
-    out.nx[i] = mx;
-    out.ny[i] = my;
-    out.nz[i] = mz;
     out.u[i] = u;
     out.v[i] = v;
     out.radius[i] = seen ? r : -1.0F;
   }
 }
 
-Pose to_pose(const Se3& T) {
+Pose to_pose(const Se3f& T) {
   Pose pose{};
   for (int r = 0; r < 3; ++r) {
-    for (int c = 0; c < 3; ++c) pose.R[3 * r + c] = static_cast<float>(T.rotation()(r, c));
-    pose.t[r] = static_cast<float>(T.translation()[r]);
+    for (int c = 0; c < 3; ++c) pose.R[3 * r + c] = T.R(r, c);
+    pose.t[r] = T.t[r];
   }
   return pose;
 }
@@ -78,9 +74,11 @@ Status validate(const ModelOptions& o) {
 
 ModelRenderer::ModelRenderer(const ModelOptions& options, const PinholeCamera& working, Arena& arena)
     : options_(options) {
-  const PinholeCamera camera = working.block_averaged(options.step);
+  const PinholeCamera camera = options.step > 1 ? working.block_averaged(options.step) : working;
   const auto pixels = static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
-  for (Span<float>* image : {&x_, &y_, &z_, &nx_, &ny_, &nz_, &priority_})
+  pixels_ = arena.carve<Pixel>("fragment/model view", pixels);
+  layers_ = arena.carve<Layer>("fragment/model view", static_cast<std::size_t>(options.fragments) + 1);
+  for (Span<float>* image : {&x_, &y_, &z_, &nx_, &ny_, &nz_})
     *image = arena.carve<float>("fragment/model view", pixels);
   const auto view = [&](const Span<float>& image) {
     return ImageView<const float>(image.data(), camera.width, camera.height);
@@ -91,55 +89,66 @@ ModelRenderer::ModelRenderer(const ModelOptions& options, const PinholeCamera& w
 const ModelView& ModelRenderer::render(Span<const Fragment> closed, const SurfelSpan& active,
                                        const Se3& T_odom_active, const Se3& T_odom_view) {
   view_.T_odom_view = T_odom_view;
-  std::fill(z_.begin(), z_.end(), 0.0F);
+  std::fill(pixels_.begin(), pixels_.end(), Pixel{});
   const Se3 T_view_odom = T_odom_view.inverse();
   const std::size_t reach = std::min(closed.size(), static_cast<std::size_t>(options_.fragments));
-  float generation = 0.0F;
-  for (std::size_t f = closed.size() - reach; f < closed.size(); ++f, generation += kGeneration)
-    splat(closed[f].surfels, T_view_odom * closed[f].T_odom_fragment, generation);
-  splat(active, T_view_odom * T_odom_active, generation);
+  for (std::size_t k = 0; k < reach; ++k) {
+    const Fragment& fragment = closed[closed.size() - reach + k];
+    layers_[k] = {fragment.surfels, Se3f(T_view_odom * fragment.T_odom_fragment)};
+  }
+  layers_[reach] = {active, Se3f(T_view_odom * T_odom_active)};
+  for (std::size_t k = 0; k <= reach; ++k) splat(layers_[k], static_cast<std::uint32_t>(k));
+  resolve();
   return view_;
 }
 
-void ModelRenderer::splat(const SurfelSpan& surfels, const Se3& T_view_surfels, float generation) {
-  const Pose pose = to_pose(T_view_surfels);
+void ModelRenderer::splat(const Layer& layer, std::uint32_t index) {
+  const Pose pose = to_pose(layer.T_view_surfels);
   const PinholeCamera camera = view_.camera;
+  const float limit = static_cast<float>(options_.max_splat_radius), same = options_.same_surface_m;
+  const float generation = kGeneration * static_cast<float>(index);
   Batch batch;
-  const auto limit = static_cast<float>(options_.max_splat_radius);
-  for (std::size_t begin = 0; begin < surfels.size(); begin += kBatch) {
-    const std::size_t count = std::min(kBatch, surfels.size() - begin);
-    transform(surfels, begin, count, pose, camera, batch);
+  for (std::size_t begin = 0; begin < layer.surfels.size(); begin += kBatch) {
+    const std::size_t count = std::min(kBatch, layer.surfels.size() - begin);
+    project(layer.surfels, begin, count, pose, camera, batch);
     for (std::size_t i = 0; i < count; ++i) {
       if (batch.radius[i] < 0.0F) continue;
-      const float r = std::min(batch.radius[i], limit);
-      const int x0 = std::max(0, static_cast<int>(std::lround(batch.u[i] - r)));
-      const int x1 = std::min(camera.width - 1, static_cast<int>(std::lround(batch.u[i] + r)));
-      const int y0 = std::max(0, static_cast<int>(std::lround(batch.v[i] - r)));
-      const int y1 = std::min(camera.height - 1, static_cast<int>(std::lround(batch.v[i] + r)));
+      const float u = batch.u[i], v = batch.v[i], z = batch.z[i], r = std::min(batch.radius[i], limit);
+      const int x0 = std::max(0, static_cast<int>(u - r + 0.5F));
+      const int x1 = std::min(camera.width - 1, static_cast<int>(u + r + 0.5F));
+      const int y0 = std::max(0, static_cast<int>(v - r + 0.5F));
+      const int y1 = std::min(camera.height - 1, static_cast<int>(v + r + 0.5F));
       for (int y = y0; y <= y1; ++y) {
+        Pixel* row = pixels_.data() + static_cast<std::ptrdiff_t>(y) * camera.width;
+        const float dv = static_cast<float>(y) - v;
         for (int x = x0; x <= x1; ++x) {
-          const float du = static_cast<float>(x) - batch.u[i], dv = static_cast<float>(y) - batch.v[i];
-          const float priority = generation + du * du + dv * dv;
-          const std::size_t k = static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) +
-                                static_cast<std::size_t>(x);
-          if (!stands_before(batch.z[i], priority, k)) continue;
-          x_[k] = batch.x[i];
-          y_[k] = batch.y[i];
-          z_[k] = batch.z[i];
-          nx_[k] = batch.nx[i];
-          ny_[k] = batch.ny[i];
-          nz_[k] = batch.nz[i];
-          priority_[k] = priority;
+          const float du = static_cast<float>(x) - u, priority = generation + du * du + dv * dv;
+          const float other = row[x].z;
+          // Clearly in front, or on the same surface but of an older fragment or nearer to the pixel.
+          if (other == 0.0F || z < other - same || (z <= other + same && priority < row[x].priority))
+            row[x] = {z, priority, index, static_cast<std::uint32_t>(begin + i)};
         }
       }
     }
   }
 }
 
-bool ModelRenderer::stands_before(float z, float priority, std::size_t pixel) const {
-  const float other = z_[pixel];
-  if (other == 0.0F || z < other - options_.same_surface_m) return true;
-  return z <= other + options_.same_surface_m && priority < priority_[pixel];
+void ModelRenderer::resolve() {
+  for (std::size_t k = 0; k < pixels_.size(); ++k) {
+    const Pixel& pixel = pixels_[k];
+    z_[k] = pixel.z;
+    if (pixel.z == 0.0F) continue;
+    const Layer& layer = layers_[pixel.layer];
+    const SurfelSpan& s = layer.surfels;
+    const std::size_t i = pixel.surfel;
+    const Eigen::Vector3f p = layer.T_view_surfels * Eigen::Vector3f(s.x[i], s.y[i], s.z[i]);
+    const Eigen::Vector3f n = layer.T_view_surfels.R * Eigen::Vector3f(s.nx[i], s.ny[i], s.nz[i]);
+    x_[k] = p.x();
+    y_[k] = p.y();
+    nx_[k] = n.x();
+    ny_[k] = n.y();
+    nz_[k] = n.z();
+  }
 }
 
 }  // namespace loopsift

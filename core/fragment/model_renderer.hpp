@@ -4,6 +4,8 @@
 // so that drift does not start afresh with every fragment. In: fragments and a pose. Out: ModelView, valid
 // until the next render. Thread: front. No allocation after construction.
 #pragma once
+#include <cstdint>
+
 #include "core/base/arena.hpp"
 #include "core/base/result.hpp"
 #include "core/fragment/fragment.hpp"
@@ -12,8 +14,8 @@
 namespace loopsift {
 
 struct ModelOptions {
-  int fragments = 20;  ///< how many closed fragments the model reaches back
-  int step = 2;        ///< working pixels per model pixel in each direction
+  int fragments = 8;  ///< how many closed fragments the model reaches back
+  int step = 1;       ///< working pixels per model pixel in each direction
   float same_surface_m =
       0.05F;                 ///< a newer surface within this of an older one is the same: the older stands
   int max_splat_radius = 4;  ///< model pixels
@@ -30,13 +32,25 @@ class ModelRenderer {
                           const Se3& T_odom_view);
 
  private:
-  void splat(const SurfelSpan& surfels, const Se3& T_view_surfels, float generation);
-  [[nodiscard]] bool stands_before(float z, float priority, std::size_t pixel) const;
+  // What a pixel shows, until all surfels are drawn.
+  struct Pixel {
+    float z;         // metres; 0: nothing
+    float priority;  // generation (older fragments first), then squared distance from the surfel's centre
+    std::uint32_t layer;   // which of layers_
+    std::uint32_t surfel;  // in that layer
+  };
+  struct Layer {
+    SurfelSpan surfels;
+    Se3f T_view_surfels;
+  };
+  void splat(const Layer& layer, std::uint32_t index);
+  void resolve();
 
   ModelOptions options_;
   ModelView view_;
+  Span<Pixel> pixels_;
+  Span<Layer> layers_;
   Span<float> x_, y_, z_, nx_, ny_, nz_;
-  Span<float> priority_;  // of what a pixel shows: generation, then squared distance from the surfel's centre
 };
 
 }  // namespace loopsift

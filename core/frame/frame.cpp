@@ -13,7 +13,7 @@ Error out_of_range(const char* key, const char* range) {
 }  // namespace
 
 Status validate(const FrameOptions& o) {
-  if (o.reduction != 1 && o.reduction != 2) return out_of_range("reduction", "1 or 2");
+  if (o.reduction != 1 && o.reduction != 2 && o.reduction != 4) return out_of_range("reduction", "1, 2 or 4");
   if (o.levels < 1 || o.levels > kMaxFrameLevels) return out_of_range("levels", "from 1 to 4");
   if (!(o.min_depth_m >= 0)) return out_of_range("min_depth_m", "0 or more");
   if (!(o.max_depth_m > o.min_depth_m)) return out_of_range("max_depth_m", "more than min_depth_m");
@@ -29,7 +29,13 @@ FramePreprocessor::FramePreprocessor(const PinholeCamera& camera, double depth_u
   frame_.raw_camera = camera;
   frame_.depth_unit_m = static_cast<float>(depth_unit_m);
   frame_.level_count = options.levels;
-  PinholeCamera level_camera = options.reduction == 2 ? camera.block_averaged(2) : camera;
+  PinholeCamera level_camera = options.reduction == 1 ? camera : camera.block_averaged(2);
+  if (options.reduction == 4) {
+    reduced_ = arena.carve<float>("frame/scratch", static_cast<std::size_t>(level_camera.width) *
+                                                       static_cast<std::size_t>(level_camera.height));
+    reduced_camera_ = level_camera;
+    level_camera = level_camera.block_averaged(2);
+  }
   for (std::size_t l = 0; l < static_cast<std::size_t>(options.levels); ++l) {
     const int w = level_camera.width, h = level_camera.height;
     const auto pixels = static_cast<std::size_t>(w) * static_cast<std::size_t>(h);
@@ -48,23 +54,41 @@ const Frame& FramePreprocessor::process(const RawFrame& raw) {
   frame_.timestamp_ns = raw.timestamp_ns;
   frame_.raw_depth = raw.depth;
   frame_.color = raw.color;
+  reduce();
   for (std::size_t l = 0; l < static_cast<std::size_t>(options_.levels); ++l) {
-    const PinholeCamera& camera = frame_.levels[l].camera;
-    const ImageView<float> depth(storage_[l].depth.data(), camera.width, camera.height);
-    const DepthRange range{options_.min_depth_m, options_.max_depth_m, options_.edge_fraction};
-    if (l == 0) {
-      reduce_raw(frame_.raw_depth, options_.reduction, frame_.depth_unit_m, range, depth);
-      frame_.valid_fraction = static_cast<float>(count_valid(depth)) / static_cast<float>(depth.size());
-    } else {
-      halve_depth(frame_.levels[l - 1].depth_m, options_.edge_fraction, depth);
-    }
-    const ImageView<float> smoothed(smoothed_.data(), camera.width, camera.height);
-    // A coarser pixel already averages four: half the radius there.
-    smooth_depth(depth, options_.smoothing_radius >> l, options_.edge_fraction, smoothed);
-    compute_normals(smoothed, camera, options_.edge_fraction, storage_[l].nx.data(), storage_[l].ny.data(),
-                    storage_[l].nz.data());
+    if (l > 0) halve_depth(frame_.levels[l - 1].depth_m, options_.edge_fraction, depth_image(l));
+    add_normals(l);
   }
+  const ImageView<const float>& finest = frame_.levels[0].depth_m;
+  frame_.valid_fraction = static_cast<float>(count_valid(finest)) / static_cast<float>(finest.size());
   return frame_;
+}
+
+ImageView<float> FramePreprocessor::depth_image(std::size_t level) const {
+  const PinholeCamera& camera = frame_.levels[level].camera;
+  return {storage_[level].depth.data(), camera.width, camera.height};
+}
+
+// Raw depth to level 0, by way of an intermediate image where the reduction is 4.
+void FramePreprocessor::reduce() {
+  const DepthRange range{options_.min_depth_m, options_.max_depth_m, options_.edge_fraction};
+  if (options_.reduction < 4) {
+    reduce_raw(frame_.raw_depth, options_.reduction, frame_.depth_unit_m, range, depth_image(0));
+    return;
+  }
+  const ImageView<float> half(reduced_.data(), reduced_camera_.width, reduced_camera_.height);
+  reduce_raw(frame_.raw_depth, 2, frame_.depth_unit_m, range, half);
+  halve_depth(half, options_.edge_fraction, depth_image(0));
+}
+
+void FramePreprocessor::add_normals(std::size_t level) {
+  const PinholeCamera& camera = frame_.levels[level].camera;
+  const Level& s = storage_[level];
+  const ImageView<float> smoothed(smoothed_.data(), camera.width, camera.height);
+  // A coarser pixel already averages four: half the radius there.
+  smooth_depth(frame_.levels[level].depth_m, options_.smoothing_radius >> level, options_.edge_fraction,
+               smoothed);
+  compute_normals(smoothed, camera, options_.edge_fraction, s.nx.data(), s.ny.data(), s.nz.data());
 }
 
 }  // namespace loopsift

@@ -18,13 +18,13 @@ namespace loopsift {
 inline constexpr int kMaxFrameLevels = 4;
 
 struct FrameOptions {
-  int reduction = 2;            ///< input pixels per working pixel in each direction, 1 or 2
-  int levels = 3;               ///< pyramid levels, 1 … kMaxFrameLevels
+  int reduction = 4;            ///< input pixels per working pixel in each direction: 1, 2 or 4
+  int levels = 2;               ///< pyramid levels, 1 … kMaxFrameLevels
   float min_depth_m = 0.3F;     ///< nearer is invalid
   float max_depth_m = 4.5F;     ///< farther is invalid
   float edge_fraction = 0.03F;  ///< neighbours whose depths differ by more than this part of the depth lie on
                                 ///< two surfaces: never averaged, no normal across them
-  int smoothing_radius = 2;     ///< working pixels of the edge-aware mean below the normals; 0: none
+  int smoothing_radius = 1;     ///< working pixels of the edge-aware mean below the normals; 0: none
 };
 
 /// An error that names the first option out of range.
@@ -64,10 +64,16 @@ class FramePreprocessor {
   struct Level {
     Span<float> depth, nx, ny, nz;
   };
+  void reduce();
+  void add_normals(std::size_t level);
+  [[nodiscard]] ImageView<float> depth_image(std::size_t level) const;
+
   FrameOptions options_;
   Frame frame_;
   std::array<Level, kMaxFrameLevels> storage_;
-  Span<float> smoothed_;  // scratch of level 0's size
+  Span<float> smoothed_;          // scratch of level 0's size
+  Span<float> reduced_;           // scratch: half the raw size, for a reduction by 4
+  PinholeCamera reduced_camera_;  // of reduced_
   int next_id_ = 0;
 };
 

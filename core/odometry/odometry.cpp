@@ -42,16 +42,18 @@ class Alignment {
       : options_(options),
         frame_(frame),
         model_(model),
+        finest_(std::min(options.finest_level, frame.level_count - 1)),
         prior_(prior_information(options)),
         T_view_predicted_(model.T_odom_view.inverse() * T_odom_predicted),
         T_view_camera_(T_view_predicted_) {}
 
   void run() {
-    for (int l = frame_.level_count - 1; l >= 0; --l) {
-      const int limit = l == 0 ? options_.iterations_fine : options_.iterations_coarse;
+    for (int l = frame_.level_count - 1; l >= finest_; --l) {
+      const int limit = l == finest_ ? options_.iterations_fine : options_.iterations_coarse;
       for (int i = 0; i < limit && !step(l); ++i) ++iterations_;
     }
-    system_ = linearize(frame_.levels[0], model_, T_view_camera_, settings(0));
+    system_ = linearize(frame_.levels[static_cast<std::size_t>(finest_)], model_, T_view_camera_,
+                        settings(finest_));
     update_scale();
   }
   [[nodiscard]] const IcpSystem& system() const { return system_; }
@@ -69,8 +71,8 @@ class Alignment {
 
  private:
   [[nodiscard]] IcpSettings settings(int level) const {
-    const auto coarsest = static_cast<float>(std::max(1, frame_.level_count - 1));
-    const float s = static_cast<float>(level) / coarsest;
+    const auto above = static_cast<float>(level - finest_);
+    const float s = above / static_cast<float>(std::max(1, frame_.level_count - 1 - finest_));
     return {options_.gate_fine_m + s * (options_.gate_coarse_m - options_.gate_fine_m),
             options_.min_normal_cosine, options_.noise_floor_m, options_.noise_slope, scale_};
   }
@@ -96,6 +98,7 @@ class Alignment {
   const OdometryOptions& options_;
   const Frame& frame_;
   const ModelView& model_;
+  int finest_;
   Matrix6d prior_;
   Se3 T_view_predicted_, T_view_camera_;
   IcpSystem system_;
@@ -117,6 +120,7 @@ LostReason check(const OdometryOptions& o, const IcpSystem& system, const Vector
 }  // namespace
 
 Status validate(const OdometryOptions& o) {
+  if (o.finest_level < 0) return out_of_range("finest_level", "0 or more");
   if (o.iterations_coarse < 1) return out_of_range("iterations_coarse", "1 or more");
   if (o.iterations_fine < 1) return out_of_range("iterations_fine", "1 or more");
   if (!(o.gate_coarse_m > 0)) return out_of_range("gate_coarse_m", "more than 0");

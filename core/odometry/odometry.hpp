@@ -14,13 +14,15 @@
 namespace loopsift {
 
 struct OdometryOptions {
-  int iterations_coarse = 6;         ///< at most, on every level but the finest
-  int iterations_fine = 6;           ///< at most, on the finest level
-  float gate_coarse_m = 0.15F;       ///< partners farther apart are none, on the coarsest level
-  float gate_fine_m = 0.05F;         ///< the same on the finest
-  float min_normal_cosine = 0.5F;    ///< partners' normals differ by at most acos of this
-  float noise_floor_m = 0.0012F;     ///< σ(z) = floor + slope · (z − 0.4 m)² (Nguyen et al. 2012)
-  float noise_slope = 0.0019F;       ///< per metre
+  int finest_level = 0;       ///< pyramid level of the last iterations; the last of the frame if it has fewer
+  int iterations_coarse = 6;  ///< at most, on every level but the finest
+  int iterations_fine = 6;    ///< at most, on the finest level
+  float gate_coarse_m = 0.15F;     ///< partners farther apart are none, on the coarsest level
+  float gate_fine_m = 0.05F;       ///< the same on the finest
+  float min_normal_cosine = 0.5F;  ///< partners' normals differ by at most acos of this
+  float noise_floor_m = 0.0012F;  ///< σ(z) = floor + slope · (z − 0.4 m)², the form of Nguyen et al. 2012;
+                                  ///< slope also for distortion
+  float noise_slope = 0.003F;        ///< per metre
   float prior_sigma_m = 0.03F;       ///< of the constant-velocity prediction, per frame
   float prior_sigma_rad = 0.03F;     ///< the same for rotation
   float correlated_pixels = 200.0F;  ///< pixels that err together; divides the information
