@@ -78,8 +78,8 @@ int run_program(int argc, const char* const* argv) {
       break;
   }
   set_up_log(settings.run.log_level);
-  spdlog::debug("settings:\n{}", to_toml(settings));
   install_signal_handlers();
+  spdlog::debug("settings:\n{}", to_toml(settings));
   Progress progress(stderr);
   return report(run(settings, stop_requested, &progress));
 }

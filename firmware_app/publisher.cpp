@@ -69,6 +69,7 @@ struct Publisher::Impl {
   }
 
   void run();
+  void send_first_update();
   void send_all();
   void send_corrections();
   void send(const PoseRecord& record);
@@ -99,6 +100,14 @@ struct Publisher::Impl {
   bot_frames::update_t update_message{};
   loop_t loop_message{};
 };
+
+/// Odom lies in map as it is until the first correction; also, LCM's first publish makes a lock on the heap.
+void Publisher::Impl::send_first_update() {
+  scratch[0].timestamp_ns = 0;
+  scratch[0].T_map_odom = Se3();
+  fill(&update_message, scratch[0]);
+  send(Channel::kUpdate, update_message);
+}
 
 void Publisher::Impl::run() {
   while (!stopping.load()) {
@@ -172,6 +181,7 @@ Status Publisher::start() {
             "; nothing is published. For udpm:// a multicast route is needed: ip link set lo multicast on; "
             "ip route add 224.0.0.0/4 dev lo. For another provider set lcm.url; to do without set "
             "lcm.enabled = false"};
+  p.send_first_update();
   p.thread = std::thread([&p] { p.run(); });
   return {};
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The publish thread: takes records from the front and back threads and sends them over LCM as POSE_ODOM,
 // POSE (bot_core.pose_t), LOOPSIFT_CORRECTION, LOOPSIFT_UPDATE (bot_frames.update_t) and LOOPSIFT_LOOP.
+// start() sends one LOOPSIFT_UPDATE with the identity at utime 0, so that frame clients know odom at once.
 // A correction that the front thread queued before a pose goes out before that pose.
 // Capacity: one ring per kind of record; a record that finds its ring full is dropped and counted. After
 // start() the publish() calls and, over udpm://, the thread itself make no heap call.

@@ -8,7 +8,7 @@ namespace loopsift {
 namespace {
 
 /// Body X is the camera's z, body Y its −x, body Z its −y.
-Eigen::Matrix3d R_body_camera() { return (Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished(); }
+Eigen::Matrix3d camera_to_body() { return (Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished(); }
 
 std::int64_t microseconds(std::int64_t timestamp_ns) { return timestamp_ns / 1000; }
 
@@ -26,7 +26,7 @@ void set_transform(const Se3& T, Scalar (&trans)[3], Scalar (&quat)[4]) {
 }  // namespace
 
 Se3 in_body_axes(const Se3& T) {
-  const Eigen::Matrix3d R = R_body_camera();
+  const Eigen::Matrix3d R = camera_to_body();
   return {R * T.rotation() * R.transpose(), R * T.translation()};
 }
 
@@ -72,8 +72,8 @@ void fill(correction_t* message, const CorrectionRecord& record) {
   message->jump_translation_m = jump.translation().norm();
   message->jump_rotation_rad = jump.angle();
   Matrix6d J = Matrix6d::Zero();  // (t, ω) of the camera to (t, ω) of the body
-  J.topLeftCorner<3, 3>() = R_body_camera();
-  J.bottomRightCorner<3, 3>() = R_body_camera();
+  J.topLeftCorner<3, 3>() = camera_to_body();
+  J.bottomRightCorner<3, 3>() = camera_to_body();
   const Matrix6d covariance = J * record.covariance * J.transpose();
   for (int row = 0; row < 6; ++row)
     for (int col = 0; col < 6; ++col) message->covariance[6 * row + col] = covariance(row, col);
