@@ -96,7 +96,10 @@ BuiltinScene make_room_scene() {
   furnish_south_and_east(b);
   furnish_north_and_west(b);
   furnish_middle(b);
-  return {b.finish(), two_rounds(), {}};
+  BuiltinScene s{b.finish(), two_rounds(), {}};
+  s.pace.speed_mps = 0.55;
+  s.pace.turn_rate_dps = 44.0;
+  return s;
 }
 
 }  // namespace loopsift

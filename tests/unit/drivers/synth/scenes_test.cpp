@@ -70,9 +70,9 @@ TEST_P(BuiltinScenes, CameraSeesEnoughAndIsNeverInsideAnything) {
 
 INSTANTIATE_TEST_SUITE_P(
     All, BuiltinScenes,
-    ::testing::Values(Promise{"room", 900, 1350, 0.60, 50.0}, Promise{"rooms", 1300, 1700, 0.75, 55.0},
+    ::testing::Values(Promise{"room", 900, 1200, 0.65, 50.0}, Promise{"rooms", 1300, 1700, 0.75, 55.0},
                       Promise{"lookalike", 1000, 1300, 0.60, 50.0}, Promise{"corridor", 500, 700, 0.60, 50.0},
-                      Promise{"notexture", 500, 800, 0.60, 50.0}, Promise{"rotation", 500, 700, 0.60, 66.0}),
+                      Promise{"notexture", 500, 700, 0.65, 50.0}, Promise{"rotation", 500, 700, 0.60, 66.0}),
     [](const auto& test) { return std::string(test.param.name); });
 
 /// Whether `later` looks nearly where one of the first `count` poses looked.
