@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <iterator>
 #include <limits>
+#include <utility>
 
 #include "core/base/simd.hpp"
 #include "core/proposal/fpfh.hpp"
@@ -9,6 +11,13 @@ namespace loopsift {
 namespace {
 
 constexpr float kFar = std::numeric_limits<float>::max();
+constexpr float kBeyondAll = 1e30F;  // squared norm of the lanes that fill the last block
+
+/// One histogram of the source with that of one lane. Written out, so that the sum stays in a register.
+template <std::size_t... Bin>
+[[gnu::always_inline]] inline float dot(const float* source, const float* lane, std::index_sequence<Bin...>) {
+  return ((source[Bin] * lane[Bin * FeatureMatcher::kLanes]) + ...);
+}
 
 float squared_norm_of(const Fpfh& f) {
   float sum = 0;
@@ -24,7 +33,7 @@ void FeatureMatcher::set_target(Span<const Fpfh> features) {
   for (std::size_t t = 0; t < blocks_.size() * kLanes; ++t) {
     Block& block = blocks_[t / kLanes];
     const std::size_t lane = t % kLanes;
-    block.squared_norms[lane] = t < target_count_ ? squared_norm_of(features[t]) : 1e30F;
+    block.squared_norms[lane] = t < target_count_ ? squared_norm_of(features[t]) : kBeyondAll;
     for (std::size_t d = 0; t < target_count_ && d < kFpfhSize; ++d) block.features[d][lane] = features[t][d];
   }
 }
@@ -34,17 +43,16 @@ LOOPSIFT_SIMD void FeatureMatcher::compare(const Fpfh& source, float squared_nor
                                            const Block& block, std::int32_t block_index, Best* of_source,
                                            Best* of_targets) {
   float distance[kLanes];
-  for (int l = 0; l < kLanes; ++l) distance[l] = block.squared_norms[l] + squared_norm;
-  for (int d = 0; d < kFpfhSize; ++d) {
-    const float twice = -2.0F * source[static_cast<std::size_t>(d)];
-    for (int l = 0; l < kLanes; ++l) distance[l] += twice * block.features[d][l];
-  }
-  for (int l = 0; l < kLanes; ++l) {
+  for (std::size_t l = 0; l < kLanes; ++l) distance[l] = block.squared_norms[l] + squared_norm;
+  for (std::size_t h = 0; h < kFpfhSize; h += kFpfhBins)
+    for (std::size_t l = 0; l < kLanes; ++l)
+      distance[l] -= 2.0F * dot(&source[h], &block.features[h][l], std::make_index_sequence<kFpfhBins>());
+  for (std::size_t l = 0; l < kLanes; ++l) {
     const bool nearer = distance[l] < of_source->distances[l];
     of_source->distances[l] = nearer ? distance[l] : of_source->distances[l];
     of_source->indices[l] = nearer ? block_index : of_source->indices[l];
   }
-  for (int l = 0; l < kLanes; ++l) {
+  for (std::size_t l = 0; l < kLanes; ++l) {
     const bool nearer = distance[l] < of_targets->distances[l];
     of_targets->distances[l] = nearer ? distance[l] : of_targets->distances[l];
     of_targets->indices[l] = nearer ? source_index : of_targets->indices[l];
@@ -65,10 +73,11 @@ void FeatureMatcher::match(Span<const Fpfh> source, int max_matches, std::vector
     for (std::size_t b = 0; b < blocks_.size(); ++b)
       compare(source[s], squared_norm, static_cast<std::int32_t>(s), blocks_[b], static_cast<std::int32_t>(b),
               &best, &best_of_targets_[b]);
-    int lane = 0;
-    for (int l = 1; l < kLanes; ++l)
+    std::size_t lane = 0;
+    for (std::size_t l = 1; l < kLanes; ++l)
       if (best.distances[l] < best.distances[lane]) lane = l;
-    best_of_sources_.push_back({static_cast<std::uint16_t>(best.indices[lane] * kLanes + lane),
+    const auto block = static_cast<std::size_t>(best.indices[lane]);
+    best_of_sources_.push_back({static_cast<std::uint16_t>(block * kLanes + lane),
                                 static_cast<std::uint16_t>(s), best.distances[lane]});
   }
   for (const Match& m : best_of_sources_) {

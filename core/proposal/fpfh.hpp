@@ -66,12 +66,13 @@ struct Match {
 /// transposed, so that one target serves many sources.
 class FeatureMatcher {
  public:
+  static constexpr std::size_t kLanes = 32;  ///< targets that are compared at once
+
   void set_target(Span<const Fpfh> features);
   /// Best match first; at most max_matches.
   void match(Span<const Fpfh> source, int max_matches, std::vector<Match>* matches);
 
  private:
-  static constexpr int kLanes = 32;
   struct Block {
     float features[kFpfhSize][kLanes];
     float squared_norms[kLanes];

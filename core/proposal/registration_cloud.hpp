@@ -12,8 +12,8 @@
 namespace loopsift {
 
 struct RegistrationCloudOptions {
-  float voxel_m = 0.05F;  ///< edge of a voxel
-  int max_points = 6000;  ///< capacity; at most 65534. Voxels beyond it are left out (those seen last)
+  float voxel_m = 0.05F;   ///< edge of a voxel
+  int max_points = 12000;  ///< capacity; at most 65534. Voxels beyond it are left out (those seen last)
 };
 
 /// Points and unit normals of one surface, metres, fragment frame; both of the same size.
