@@ -2,12 +2,14 @@
 // g2o's error is (t, q_xyz) of T̂⁻¹ T_a⁻¹ T_b, ours the logarithm (t, ω); near zero q_xyz = ω/2, so that
 // Λ_ω = D Λ_q D with D = diag(1, 1, 1, ½, ½, ½).
 #include <Eigen/Geometry>
+#include <cinttypes>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <map>
 #include <sstream>
 
+#include "core/base/text_file.hpp"
 #include "core/posegraph/graph_check.hpp"
 #include "core/posegraph/pose_graph.hpp"
 
@@ -114,18 +116,20 @@ Expected<PoseGraph> to_graph(const std::string& path, const Contents& contents) 
   return graph;
 }
 
-// The sidecar of times (to a microsecond), one `id seconds` per line; a graph from elsewhere has none.
+// The sidecar of times, one `id seconds` per line; a graph from elsewhere has none.
 Status read_times(const std::string& path, const Contents& contents, PoseGraph* graph) {
-  std::ifstream in(path);
-  std::string line;
-  for (int number = 1; std::getline(in, line); ++number) {
-    std::istringstream fields(line);
+  if (!std::ifstream(path)) return {};
+  Expected<TextFile> file = TextFile::open(path);
+  if (!file.ok()) return file.error();
+  while (file->next()) {
     int id = -1;
-    double seconds = 0;
-    if (!(fields >> id >> seconds) || !at_end(&fields) || contents.vertices.count(id) == 0)
-      return line_error(path, number, "expected `id seconds` of a vertex of the graph");
+    std::int64_t timestamp_ns = 0;
+    const auto& words = file->words();
+    if (words.size() != 2 || !parse_number(words[0], &id) || !parse_seconds(words[1], &timestamp_ns) ||
+        contents.vertices.count(id) == 0)
+      return file->error("expected `id seconds` of a vertex of the graph");
     const auto node = std::distance(contents.vertices.begin(), contents.vertices.find(id));
-    graph->nodes[static_cast<std::size_t>(node)].timestamp_ns = std::llround(seconds * 1e9);
+    graph->nodes[static_cast<std::size_t>(node)].timestamp_ns = timestamp_ns;
   }
   return {};
 }
@@ -171,8 +175,11 @@ Status write_g2o(const std::string& path, const PoseGraph& graph) {
   const std::string times_path = path + ".times";
   file = std::fopen(times_path.c_str(), "w");
   if (file == nullptr) return Error{ErrorCode::kIo, times_path + ": cannot be opened for writing"};
-  for (std::size_t k = 0; k < graph.nodes.size(); ++k)
-    std::fprintf(file, "%zu %.6f\n", k, static_cast<double>(graph.nodes[k].timestamp_ns) * 1e-9);
+  constexpr std::int64_t kSecond = 1'000'000'000;
+  for (std::size_t k = 0; k < graph.nodes.size(); ++k) {
+    const std::int64_t ns = graph.nodes[k].timestamp_ns;
+    std::fprintf(file, "%zu %" PRId64 ".%09" PRId64 "\n", k, ns / kSecond, ns % kSecond);
+  }
   return close_file(file, times_path);
 }
 

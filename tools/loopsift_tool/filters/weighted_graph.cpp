@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "tools/loopsift_tool/filters/weighted_graph.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -13,8 +14,8 @@ double chi2_of(const Edge& edge, const PoseGraph& graph) {
 }
 
 std::vector<double> mapped(const std::function<double(double)>& function, const std::vector<double>& from) {
-  std::vector<double> to;
-  for (const double value : from) to.push_back(function(value));
+  std::vector<double> to(from.size());
+  std::transform(from.begin(), from.end(), to.begin(), function);
   return to;
 }
 

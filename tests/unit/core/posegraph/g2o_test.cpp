@@ -41,6 +41,7 @@ TEST_F(G2o, ComesBackAsItWasWritten) {
   test::RandomGraph world(test::RandomGraphOptions{});
   PoseGraph& graph = world.graph;
   append_frame_loops(graph, world.true_loop(1, 9), &graph.loops);
+  for (Node& node : graph.nodes) node.timestamp_ns += 1'305'031'102'175'304'001;  // to the nanosecond
   const std::string path = (folder_ / "out.g2o").string();
   const Status written = write_g2o(path, graph);
   ASSERT_TRUE(written.ok());
@@ -92,6 +93,14 @@ TEST_F(G2o, NamesTheLineThatIsMalformed) {
   EXPECT_THAT(error_of(vertices + "EDGE_SE3:QUAT 0 2 1 0 0 0 0 0 1" + kInformation + "\n"),
               HasSubstr("line 3: the edge names vertex 2"));
   EXPECT_THAT(error_of("\n"), HasSubstr("no VERTEX_SE3:QUAT"));
+}
+
+TEST_F(G2o, NamesTheLineOfTheTimesThatIsMalformed) {
+  const std::string path = write("VERTEX_SE3:QUAT 0 0 0 0 0 0 0 1\n");
+  std::ofstream(path + ".times") << "0 1.5\n3 2.5\n";
+  const Expected<PoseGraph> graph = read_g2o(path);
+  ASSERT_FALSE(graph.ok());
+  EXPECT_THAT(graph.error().message, HasSubstr("graph.g2o.times:2"));
 }
 
 TEST_F(G2o, NamesTheFileThatIsNotThere) {
