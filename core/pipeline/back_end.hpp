@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+// The back thread's whole work on one closed fragment: graph → proposals → sift → correction.
+// In: closed fragments in order, and loops from elsewhere. Out: the best map's poses. Capacity: that of the
+// proposer and the scorer; a fragment past it is counted and left out of sifting (the map keeps it where the
+// odometry put it). Thread: back. Allocates.
+#pragma once
+#include <vector>
+
+#include "core/base/arena.hpp"
+#include "core/base/latency_histogram.hpp"
+#include "core/fragment/fragment.hpp"
+#include "core/posegraph/pose_graph.hpp"
+#include "core/posterior/map_scorer.hpp"
+#include "core/proposal/proposer.hpp"
+#include "core/sifter/sifter.hpp"
+
+namespace loopsift {
+
+struct BackEndOptions {
+  bool propose = true;             ///< register fragments; false: loops only come from elsewhere
+  int keyframes_per_fragment = 2;  ///< graph nodes of a fragment
+  ProposalOptions proposal;
+  PosteriorOptions posterior;
+  SifterOptions sifter;
+};
+
+class BackEnd {
+ public:
+  BackEnd(const BackEndOptions& options, Arena& arena);
+
+  /// The next fragment: into the graph and the scorer, proposals against earlier ones, and a walk over what
+  /// is new. Returns true when the accepted loops changed.
+  bool add_fragment(const Fragment& fragment);
+  /// Without proposals or sifting: for batch use, before add_loops and finish.
+  bool insert_fragment(const Fragment& fragment);
+  /// Loops from elsewhere, by the same door as the proposals: scored now, walked at the next fragment or by
+  /// finish().
+  void add_loops(Span<const Loop> loops);
+  /// Walks all loops once more from the odometry's map: the batch result. Call at the end of a run.
+  void finish();
+
+  /// All loops as they were proposed or handed in.
+  [[nodiscard]] const std::vector<Loop>& proposals() const { return proposals_; }
+  [[nodiscard]] const Sifter& sifter() const { return sifter_; }
+  [[nodiscard]] Sifter& sifter() { return sifter_; }
+  [[nodiscard]] const MapScorer& scorer() const { return scorer_; }
+  /// The odometry's graph: its poses are the odometry's.
+  [[nodiscard]] const PoseGraph& odometry_graph() const { return graph_; }
+  [[nodiscard]] int fragment_count() const { return static_cast<int>(fragments_.size()); }
+  [[nodiscard]] int fragments_left_out() const { return fragments_left_out_; }
+  /// Pose of each fragment in the best map.
+  [[nodiscard]] std::vector<Se3> T_map_fragment() const;
+  /// Correction in force at the newest fragment.
+  [[nodiscard]] Se3 T_map_odom() const;
+  /// DMP (plain, m²) of the odometry's map and of the best one, over the score views.
+  [[nodiscard]] double dmp_odometry() const;
+  [[nodiscard]] double dmp_final() const;
+  [[nodiscard]] const LatencyHistogram& proposal_times() const { return proposal_times_; }
+
+ private:
+  BackEndOptions options_;
+  MapScorer scorer_;
+  Proposer proposer_;
+  Sifter sifter_;
+  PoseGraph graph_;
+  std::vector<const Fragment*> fragments_;
+  std::vector<Loop> proposals_;
+  int fragments_left_out_ = 0;
+  LatencyHistogram proposal_times_;
+};
+
+}  // namespace loopsift

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT
+#include "core/pipeline/results.hpp"
+
+#include <cinttypes>
+#include <cstdio>
+#include <memory>
+
+#include "core/fragment/surfel_ply.hpp"
+
+namespace loopsift {
+namespace {
+
+// A score, or nothing where the loop was not tested.
+void append_number(bool known, double value, std::string* line) {
+  char text[32] = "";
+  if (known) std::snprintf(text, sizeof text, "%.9g", value);
+  *line += ',';
+  *line += text;
+}
+
+std::string csv_row(const SiftedLoop& r) {
+  char head[64];
+  std::snprintf(head, sizeof head, "%" PRId32 ",%" PRId32 ",%" PRId32, r.loop.id.value, r.loop.i.value,
+                r.loop.j.value);
+  std::string line = head;
+  append_number(r.rank >= 0, r.single_score, &line);
+  line += ',' + std::to_string(r.rank);
+  const bool tested = r.reason != Reason::kNotTested && r.rank >= 0;
+  append_number(tested, r.tested_score, &line);
+  append_number(tested, r.best_score_before, &line);
+  return line + ',' + to_string(r.decision) + ',' + to_string(r.reason) + ',' +
+         std::to_string(r.frame_decided) + '\n';
+}
+
+Status write_loops_csv(const std::string& path, const std::vector<SiftedLoop>& records) {
+  const auto close = [](std::FILE* f) { return std::fclose(f); };
+  std::unique_ptr<std::FILE, decltype(close)> file(std::fopen(path.c_str(), "w"), close);
+  if (file == nullptr) return Error{ErrorCode::kIo, path + ": cannot be created"};
+  std::fputs(
+      "id,fragment_i,fragment_j,single_dmp,rank,tested_dmp,best_dmp_before,decision,reason,frame_decided\n",
+      file.get());
+  for (const SiftedLoop& r : records) std::fputs(csv_row(r).c_str(), file.get());
+  const bool failed = std::ferror(file.get()) != 0;
+  if (std::fclose(file.release()) != 0 || failed)
+    return Error{ErrorCode::kIo, path + ": writing failed; is the disk full?"};
+  return {};
+}
+
+// Fragments that sifting left out follow the last one that it holds.
+std::vector<Se3> poses_of_all(const BackEnd& back_end, Span<const Fragment> fragments) {
+  std::vector<Se3> poses = back_end.T_map_fragment();
+  for (std::size_t f = poses.size(); f < fragments.size(); ++f) {
+    poses.push_back(back_end.T_map_odom() * fragments[f].T_odom_fragment);
+  }
+  return poses;
+}
+
+}  // namespace
+
+Status write_results(const std::string& out, const BackEnd& back_end, Span<const OdometryPose> frames,
+                     Span<const Fragment> fragments) {
+  Status first;
+  const auto note = [&first](const Status& status) {
+    if (first.ok() && !status.ok()) first = status;
+  };
+  const Sifter& sifter = back_end.sifter();
+  const int count = back_end.fragment_count();
+  note(write_trajectory_tum(out + "/trajectory_odometry.txt", odometry_trajectory(frames)));
+  note(write_trajectory_tum(out + "/trajectory.txt",
+                            corrected_trajectory(frames, back_end.odometry_graph(), sifter.T_map_node())));
+  note(write_loops(out + "/proposals", back_end.proposals(), count));
+  note(write_loops(out + "/accepted", sifter.accepted(), count));
+  note(write_loops_csv(out + "/loops.csv", sifter.records()));
+  note(write_g2o(out + "/posegraph.g2o", sifter.graph()));
+  const std::vector<Se3> poses = poses_of_all(back_end, fragments);
+  note(write_surfel_ply(out + "/map.ply", fragments, poses));
+  return first;
+}
+
+}  // namespace loopsift

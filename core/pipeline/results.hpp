@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: MIT
+// The files that a run leaves (but run.json, which the program writes). Thread: main, at the end. Allocates.
+#pragma once
+#include <string>
+
+#include "core/base/result.hpp"
+#include "core/base/span.hpp"
+#include "core/pipeline/back_end.hpp"
+#include "core/pipeline/corrected_trajectory.hpp"
+
+namespace loopsift {
+
+/// Writes into folder `out` (which exists): trajectory_odometry.txt, trajectory.txt, proposals.log/.info,
+/// accepted.log/.info, loops.csv, posegraph.g2o, map.ply. `fragments` are those of the store. The first
+/// failure (no rights, disk full) is returned, naming the file; what can still be written is.
+[[nodiscard]] Status write_results(const std::string& out, const BackEnd& back_end,
+                                   Span<const OdometryPose> frames, Span<const Fragment> fragments);
+
+}  // namespace loopsift
