@@ -28,16 +28,17 @@ struct AnalyticScene {
   std::vector<Plane> planes;
   std::vector<Sphere> spheres;
 
-  // A 5 × 3 × 5 m room, y down, with two spheres in it; the origin looks into a corner full of structure.
+  // A 4.2 × 2.5 × 5 m room, y down, with two spheres in it; from the origin wall, floor, side and spheres are
+  // in sight.
   static AnalyticScene room() {
     using V = Eigen::Vector3d;
-    return {{{V(1, 0, 0), -2.0},
+    return {{{V(1, 0, 0), -1.2},
              {V(-1, 0, 0), -3.0},
-             {V(0, -1, 0), -1.2},
+             {V(0, -1, 0), -0.7},
              {V(0, 1, 0), -1.8},
              {V(0, 0, -1), -2.6},
              {V(0, 0, 1), -2.4}},
-            {{V(0.5, 0.5, 1.9), 0.45}, {V(-0.8, -0.2, 2.1), 0.35}}};
+            {{V(0.5, 0.4, 1.9), 0.45}, {V(-0.8, -0.2, 2.1), 0.35}}};
   }
   static AnalyticScene wall() { return {{{Eigen::Vector3d(0, 0, -1), -2.0}}, {}}; }
 
