@@ -2,6 +2,7 @@
 // Scenes of planes and spheres, ray-cast exactly: depth images whose truth is known.
 #pragma once
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -122,5 +123,10 @@ class SceneCamera {
 };
 
 inline PinholeCamera small_camera() { return {320, 240, 290, 290, 159.5F, 119.5F}; }
+
+// A pose moved by (x, y, z) and turned about the y axis.
+inline Se3 shifted(double x, double y, double z, double yaw = 0) {
+  return {so3_exp(Eigen::Vector3d(0, yaw, 0)), Eigen::Vector3d(x, y, z)};
+}
 
 }  // namespace loopsift::test

@@ -81,8 +81,4 @@ class FusedScene {
   std::unique_ptr<Parts> parts_;
 };
 
-inline Se3 shifted(double x, double y, double z, double yaw = 0) {
-  return {so3_exp(Eigen::Vector3d(0, yaw, 0)), Eigen::Vector3d(x, y, z)};
-}
-
 }  // namespace loopsift::test
