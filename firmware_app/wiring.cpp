@@ -9,10 +9,10 @@
 
 #include "core/base/arena.hpp"
 #include "core/pipeline/run_figures.hpp"
+#include "core/pipeline/run_report.hpp"
 #include "drivers/decode_ahead.hpp"
 #include "drivers/frame_source.hpp"
 #include "firmware_app/publisher.hpp"
-#include "firmware_app/run_report.hpp"
 
 namespace loopsift {
 namespace {

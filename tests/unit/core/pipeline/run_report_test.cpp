@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "firmware_app/run_report.hpp"
+#include "core/pipeline/run_report.hpp"
 
 #include <gmock/gmock.h>
 
