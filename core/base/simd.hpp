@@ -5,7 +5,7 @@
 #pragma once
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
     !defined(__SANITIZE_THREAD__) && defined(__OPTIMIZE__)
-#define LOOPSIFT_SIMD __attribute__((target_clones("arch=haswell", "default")))
+#define LOOPSIFT_SIMD __attribute__((target_clones("arch=x86-64-v3", "default")))
 #else
 #define LOOPSIFT_SIMD
 #endif

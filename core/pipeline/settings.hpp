@@ -8,7 +8,10 @@
 #include <vector>
 
 #include "core/base/result.hpp"
+#include "core/fragment/front_end.hpp"
 #include "core/geometry/camera.hpp"
+#include "core/odometry/trajectory_odometry.hpp"
+#include "core/pipeline/back_end.hpp"
 
 namespace loopsift {
 
@@ -49,6 +52,10 @@ struct MemorySettings {
 };
 
 struct Settings {
+  FrontEndOptions front_end;
+  TrajectoryOdometryOptions trajectory_odometry;
+  StoreOptions store;
+  BackEndOptions back_end;
   RunSettings run;
   CameraSettings camera;
   ReplaySettings replay;

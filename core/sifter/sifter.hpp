@@ -86,6 +86,8 @@ class Sifter {
   [[nodiscard]] const std::vector<Se3>& T_map_node() const { return best_.T_map_node; }
   /// The odometry's graph with the best map's poses and the frame loops of the accepted loops.
   [[nodiscard]] PoseGraph graph() const;
+  /// Newest frame in the map, as given to set_graph.
+  [[nodiscard]] int newest_frame() const { return newest_frame_; }
   [[nodiscard]] double base_score() const { return base_.score; }
   [[nodiscard]] double best_score() const { return best_.score; }
   [[nodiscard]] const SifterCounts& counts() const { return counts_; }

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: MIT
+#include "firmware_app/back_worker.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+#include "core/base/steady_time.hpp"
+
+namespace loopsift {
+namespace {
+
+LoopDecision to_message(Decision decision) {
+  switch (decision) {
+    case Decision::kAccepted:
+      return LoopDecision::kAccepted;
+    case Decision::kRevoked:
+      return LoopDecision::kRevoked;
+    case Decision::kPending:
+    case Decision::kRejected:
+      break;
+  }
+  return LoopDecision::kRejected;
+}
+
+LoopRecord to_message(const SiftedLoop& sifted, std::int64_t timestamp_ns) {
+  LoopRecord record;
+  record.timestamp_ns = timestamp_ns;
+  record.id = sifted.loop.id.value;
+  record.fragment_i = sifted.loop.i.value;
+  record.fragment_j = sifted.loop.j.value;
+  record.T_i_j = sifted.loop.T_i_j;
+  record.single_dmp = sifted.single_score;
+  record.rank = sifted.rank;
+  if (sifted.rank >= 0) {
+    record.tested_dmp = sifted.tested_score;
+    record.best_dmp_before = sifted.best_score_before;
+  }
+  record.decision = to_message(sifted.decision);
+  std::strncpy(record.reason.data(), to_string(sifted.reason), record.reason.size() - 1);
+  record.frame_decided = sifted.frame_decided;
+  return record;
+}
+
+}  // namespace
+
+BackWorker::BackWorker(BackEnd& back_end, const FragmentStore& store, Publisher& publisher, Arena& arena)
+    : back_end_(back_end),
+      store_(store),
+      publisher_(publisher),
+      corrections_(arena.carve<CorrectionRecord>("back/corrections", kCorrections)) {}
+
+BackWorker::~BackWorker() {
+  if (thread_.joinable()) finish();
+}
+
+void BackWorker::start() { thread_ = std::thread(&BackWorker::run, this); }
+
+void BackWorker::submit(std::int64_t timestamp_ns) {
+  newest_timestamp_ns_ = timestamp_ns;
+  submitted_at_ns_ = steady_now_ns();
+  ++submitted_;
+  work_.post();
+}
+
+void BackWorker::wait_until_idle() {
+  while (backlog() > 0) idle_.wait();
+}
+
+bool BackWorker::take(CorrectionRecord* correction) { return corrections_.try_pop(correction); }
+
+void BackWorker::finish() {
+  finishing_ = true;
+  work_.post();
+  thread_.join();
+}
+
+void BackWorker::run() {
+  std::size_t next = 0;
+  while (true) {
+    work_.wait();
+    while (next < static_cast<std::size_t>(submitted_.load())) process(next++);
+    if (finishing_ && next >= static_cast<std::size_t>(submitted_.load())) break;
+  }
+  back_end_.finish();
+  announce(true, steady_now_ns());
+}
+
+void BackWorker::process(std::size_t fragment) {
+  const std::int64_t since_ns = submitted_at_ns_;
+  const bool changed = back_end_.add_fragment(store_.fragments()[fragment]);
+  loops_proposed_ = static_cast<std::int64_t>(back_end_.proposals().size());
+  announce(changed, since_ns);
+  ++done_;
+  idle_.post();
+}
+
+void BackWorker::announce(bool changed, std::int64_t deciding_since_ns) {
+  loops_accepted_ = static_cast<std::int64_t>(back_end_.sifter().accepted().size());
+  publish_decisions(newest_timestamp_ns_);
+  if (!changed) return;
+  const std::vector<Se3> poses = back_end_.T_map_fragment();
+  scratch_.epoch = ++epoch_;
+  scratch_.frame_decided = back_end_.sifter().newest_frame();
+  scratch_.T_map_odom = back_end_.T_map_odom();
+  scratch_.fragment_count =
+      static_cast<std::int32_t>(std::min(poses.size(), CorrectionRecord::kMaxFragments));
+  std::copy_n(poses.begin(), scratch_.fragment_count, scratch_.T_map_fragment.begin());
+  (void)corrections_.try_push(scratch_);
+  correction_times_.record_ns(steady_now_ns() - deciding_since_ns);
+}
+
+void BackWorker::publish_decisions(std::int64_t timestamp_ns) {
+  const std::vector<SiftedLoop>& records = back_end_.sifter().records();
+  announced_.resize(records.size(), Decision::kPending);
+  for (std::size_t k = 0; k < records.size(); ++k) {
+    if (records[k].decision == announced_[k]) continue;
+    announced_[k] = records[k].decision;
+    (void)publisher_.publish(to_message(records[k], timestamp_ns));
+  }
+}
+
+}  // namespace loopsift
