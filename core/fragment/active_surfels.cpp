@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/base/simd.hpp"
+#include "core/fragment/surfel_math.hpp"
 #include "core/odometry/icp.hpp"
 
 namespace loopsift {
@@ -14,21 +15,8 @@ constexpr float kNearest = 0.1F;         // metres; nearer surfels are not drawn
 constexpr int kRemovalPeriod = 10;       // frames between removals
 constexpr float kSeenThroughSigmas = 5;  // a surfel this far before the measurement is not there
 
-struct Pose {
-  float R[9], t[3];
-};
-
-Pose to_pose(const Se3& T) {
-  Pose pose{};
-  for (int r = 0; r < 3; ++r) {
-    for (int c = 0; c < 3; ++c) pose.R[3 * r + c] = static_cast<float>(T.rotation()(r, c));
-    pose.t[r] = static_cast<float>(T.translation()[r]);
-  }
-  return pose;
-}
-
 // Depths and nearest pixels of all surfels; pixel −1 for what is out of sight or faces away.
-LOOPSIFT_SIMD void project(const SurfelSpan& s, const Pose& T, const PinholeCamera& camera,
+LOOPSIFT_SIMD void project(const SurfelSpan& s, const PoseFloats& T, const PinholeCamera& camera,
                            float* __restrict depth, std::int32_t* __restrict pixel) {
   const float *x = s.x.data(), *y = s.y.data(), *z = s.z.data();
   const float *nx = s.nx.data(), *ny = s.ny.data(), *nz = s.nz.data();
@@ -53,17 +41,6 @@ LOOPSIFT_SIMD void project(const SurfelSpan& s, const Pose& T, const PinholeCame
     depth[i] = pz;
     pixel[i] = seen ? at : -1;
   }
-}
-
-// Mean of two colours 0x00RRGGBB, the first with weight a, the second with weight 1 − a.
-std::uint32_t blend(std::uint32_t first, std::uint32_t second, float a) {
-  std::uint32_t out = 0;
-  for (const int shift : {16, 8, 0}) {
-    const auto c1 = static_cast<float>(first >> shift & 0xFFU),
-               c2 = static_cast<float>(second >> shift & 0xFFU);
-    out |= static_cast<std::uint32_t>(a * c1 + (1.0F - a) * c2 + 0.5F) << shift;
-  }
-  return out;
 }
 
 // Colour behind a working pixel; the colour image is taken to show what the depth image shows.
@@ -100,7 +77,8 @@ void ActiveSurfels::fuse(const Frame& frame, const Se3& T_fragment_camera) {
 
 void ActiveSurfels::draw_index_map(const Se3& T_fragment_camera) {
   std::fill(index_.begin(), index_.end(), -1);
-  project(surfels(), to_pose(T_fragment_camera.inverse()), camera_, projected_.data(), pixel_.data());
+  project(surfels(), PoseFloats(Se3f(T_fragment_camera.inverse())), camera_, projected_.data(),
+          pixel_.data());
   for (std::size_t i = 0; i < count_; ++i) {
     if (pixel_[i] < 0) continue;
     const auto k = static_cast<std::size_t>(pixel_[i]);
@@ -172,7 +150,7 @@ void ActiveSurfels::update(std::size_t s, const Measurement& m) {
   surfels_.ny[s] = turned.y();
   surfels_.nz[s] = turned.z();
   surfels_.radius[s] = std::min(surfels_.radius[s], m.radius);
-  surfels_.rgb[s] = blend(surfels_.rgb[s], m.rgb, a);
+  surfels_.rgb[s] = blend_rgb(surfels_.rgb[s], m.rgb, a);
   surfels_.weight[s] = sum;
   if (surfels_.last_frame[s] != m.frame && seen_[s] < 65535) ++seen_[s];
   surfels_.last_frame[s] = m.frame;

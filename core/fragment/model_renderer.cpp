@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/base/simd.hpp"
+#include "core/fragment/surfel_math.hpp"
 
 namespace loopsift {
 namespace {
@@ -18,11 +19,7 @@ struct Batch {
   alignas(32) float z[kBatch], u[kBatch], v[kBatch], radius[kBatch];
 };
 
-struct Pose {
-  float R[9], t[3];
-};
-
-LOOPSIFT_SIMD void project(const SurfelSpan& s, std::size_t begin, std::size_t count, const Pose& T,
+LOOPSIFT_SIMD void project(const SurfelSpan& s, std::size_t begin, std::size_t count, const PoseFloats& T,
                            const PinholeCamera& camera, Batch& __restrict out) {
   const float *x = s.x.data() + begin, *y = s.y.data() + begin, *z = s.z.data() + begin;
   const float *nx = s.nx.data() + begin, *ny = s.ny.data() + begin, *nz = s.nz.data() + begin;
@@ -47,15 +44,6 @@ LOOPSIFT_SIMD void project(const SurfelSpan& s, std::size_t begin, std::size_t c
     out.v[i] = v;
     out.radius[i] = seen ? r : -1.0F;
   }
-}
-
-Pose to_pose(const Se3f& T) {
-  Pose pose{};
-  for (int r = 0; r < 3; ++r) {
-    for (int c = 0; c < 3; ++c) pose.R[3 * r + c] = T.R(r, c);
-    pose.t[r] = T.t[r];
-  }
-  return pose;
 }
 
 }  // namespace
@@ -103,7 +91,7 @@ const ModelView& ModelRenderer::render(Span<const Fragment> closed, const Surfel
 }
 
 void ModelRenderer::splat(const Layer& layer, std::uint32_t index) {
-  const Pose pose = to_pose(layer.T_view_surfels);
+  const PoseFloats pose(layer.T_view_surfels);
   const PinholeCamera camera = view_.camera;
   const float limit = static_cast<float>(options_.max_splat_radius), same = options_.same_surface_m;
   const float generation = kGeneration * static_cast<float>(index);

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/fragment/surfel_arrays.hpp"
+#include "core/fragment/surfel_math.hpp"
 
 namespace loopsift {
 namespace {
@@ -39,23 +40,13 @@ std::uint64_t mix(std::uint64_t v) {  // Steele et al. 2014, SplitMix64
   return v ^ (v >> 31);
 }
 
-std::uint32_t blend(std::uint32_t first, std::uint32_t second, float a) {
-  std::uint32_t out = 0;
-  for (const int shift : {16, 8, 0}) {
-    const auto c1 = static_cast<float>(first >> shift & 0xFFU),
-               c2 = static_cast<float>(second >> shift & 0xFFU);
-    out |= static_cast<std::uint32_t>(a * c1 + (1.0F - a) * c2 + 0.5F) << shift;
-  }
-  return out;
-}
-
 // Surfel `from` into surfel `to`; normals stay sums until finish().
 void merge(const SurfelSpan& s, std::size_t from, std::size_t to) {
   const float sum = s.weight[to] + s.weight[from], a = s.weight[to] / sum, b = s.weight[from] / sum;
   for (const Span<float>* v : {&s.x, &s.y, &s.z, &s.nx, &s.ny, &s.nz})
     (*v)[to] = a * (*v)[to] + b * (*v)[from];
   s.radius[to] = std::max(s.radius[to], s.radius[from]);
-  s.rgb[to] = blend(s.rgb[to], s.rgb[from], a);
+  s.rgb[to] = blend_rgb(s.rgb[to], s.rgb[from], a);
   s.weight[to] = sum;
   s.first_frame[to] = std::min(s.first_frame[to], s.first_frame[from]);
   s.last_frame[to] = std::max(s.last_frame[to], s.last_frame[from]);

@@ -9,10 +9,10 @@
 namespace loopsift {
 namespace {
 
-constexpr int kLanes = 8;   // of the accumulators: one AVX2 register
-constexpr int kBlock = 64;  // pixels whose intermediate values stay in the first cache level
-constexpr int kTerms = 27;  // 21 of H's upper triangle, 6 of b
-constexpr int kSums = 33;   // and weight, scaled squares, squares, valid, partners, inliers
+constexpr int kLanes = 8;    // of the accumulators: one AVX2 register
+constexpr int kBlock = 160;  // pixels whose intermediate values stay in the first cache level
+constexpr int kTerms = 27;   // 21 of H's upper triangle, 6 of b
+constexpr int kSums = 33;    // and weight, scaled squares, squares, valid, partners, inliers
 constexpr float kStudentNu = 5.0F;
 
 // Everything that does not change from block to block.
@@ -25,8 +25,9 @@ struct Job {
   float gate, min_cosine, noise_floor, noise_slope, scale;
 };
 
-// One block of a row: pixel depths and normals in, points and partners out. Unused lanes have depth 0.
+// One block of a row: pixel depths and normals in, points and partners out. Lanes past the row have depth 0.
 struct Block {
+  int count = 0;  // lanes in use, a multiple of kLanes
   alignas(32) float depth[kBlock], nx[kBlock], ny[kBlock], nz[kBlock];
   alignas(32) float px[kBlock], py[kBlock], pz[kBlock];
   alignas(32) std::int32_t partner[kBlock];
@@ -40,7 +41,7 @@ using Sums = float[kSums][kLanes];
 // Points in the view frame and the model pixels that they fall on (nearest).
 LOOPSIFT_SIMD void project(const Job& j, float x0, float y, Block& __restrict s) {
   const float ray_y = (y - j.cy) * j.inverse_fy;
-  for (int i = 0; i < kBlock; ++i) {
+  for (int i = 0; i < s.count; ++i) {
     const float z = s.depth[i];
     const float x = (x0 + static_cast<float>(i) - j.cx) * j.inverse_fx * z, yy = ray_y * z;
     const float px = j.R[0] * x + j.R[1] * yy + j.R[2] * z + j.t[0];
@@ -66,7 +67,7 @@ LOOPSIFT_SIMD void project(const Job& j, float x0, float y, Block& __restrict s)
 // Residuals, Jacobians and weights; weight 0 where there is no partner.
 LOOPSIFT_SIMD void evaluate(const Job& j, Block& __restrict s) {
   const float inverse_scale2 = 1.0F / (j.scale * j.scale);
-  for (int i = 0; i < kBlock; ++i) {
+  for (int i = 0; i < s.count; ++i) {
     const std::int32_t k = s.partner[i] < 0 ? 0 : s.partner[i];
     const float qz = j.qz[k], nx = j.nx[k], ny = j.ny[k], nz = j.nz[k];
     const float dx = s.px[i] - j.qx[k], dy = s.py[i] - j.qy[k], dz = s.pz[i] - qz;
@@ -99,7 +100,7 @@ LOOPSIFT_SIMD void evaluate(const Job& j, Block& __restrict s) {
 }
 
 LOOPSIFT_SIMD void accumulate(const Block& s, Sums& __restrict sums) {
-  for (int i = 0; i < kBlock; i += kLanes) {
+  for (int i = 0; i < s.count; i += kLanes) {
     int term = 0;
     for (int a = 0; a < 6; ++a) {
       float wj[kLanes];
@@ -121,12 +122,13 @@ LOOPSIFT_SIMD void accumulate(const Block& s, Sums& __restrict sums) {
 
 void load(const FrameLevel& level, int x0, int y, Block& s) {
   const int count = std::min(kBlock, level.camera.width - x0);
+  s.count = (count + kLanes - 1) / kLanes * kLanes;
   const float* sources[4] = {level.depth_m.row(y) + x0, level.nx.row(y) + x0, level.ny.row(y) + x0,
                              level.nz.row(y) + x0};
   float* targets[4] = {s.depth, s.nx, s.ny, s.nz};
   for (int k = 0; k < 4; ++k) {
     std::copy_n(sources[k], count, targets[k]);
-    std::fill(targets[k] + count, targets[k] + kBlock, 0.0F);
+    std::fill(targets[k] + count, targets[k] + s.count, 0.0F);
   }
 }
 

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <vector>
 
 #include "tests/unit/core/fragment/fused_scene.hpp"
 
@@ -85,6 +86,25 @@ TEST(Fusion, DropsWhatFewFramesSaw) {
   }
   const Fragment* closed = fused.builder().close(&fused.store());
   for (std::size_t i = 0; i < closed->surfels.size(); ++i) ASSERT_GT(closed->surfels.z[i], 1.9F);
+}
+
+TEST(Fusion, TakesColourFromAnImageOfAnotherSize) {
+  FusedScene fused(AnalyticScene::wall());
+  std::vector<Rgb8> color(static_cast<std::size_t>(64) * 48, Rgb8{10, 200, 30});
+  for (int y = 0; y < 48; ++y)
+    for (int x = 32; x < 64; ++x) color[static_cast<std::size_t>(y * 64 + x)] = {250, 20, 90};
+  for (int i = 0; i < 4; ++i) {
+    RawFrame raw = fused.camera.capture(fused.scene, Se3());
+    raw.color = {color.data(), 64, 48};
+    fused.builder().integrate(fused.preprocess(raw), Se3(), Matrix6d::Identity(), true);
+  }
+  const Fragment* closed = fused.builder().close(&fused.store());
+  for (std::size_t i = 0; i < closed->surfels.size(); ++i) {
+    const float x = closed->surfels.x[i];
+    if (std::fabs(x) > 0.05F) {
+      ASSERT_EQ(closed->surfels.rgb[i], x < 0 ? 0x0AC81EU : 0xFA145AU);
+    }
+  }
 }
 
 TEST(Fusion, FullSurfelPoolIsCountedAndHarmless) {
