@@ -25,7 +25,7 @@ struct OdometryOptions {
   float noise_slope = 0.003F;        ///< per metre
   float prior_sigma_m = 0.03F;       ///< of the constant-velocity prediction, per frame
   float prior_sigma_rad = 0.03F;     ///< the same for rotation
-  float correlated_pixels = 200.0F;  ///< pixels that err together; divides the information
+  float correlated_pixels = 300.0F;  ///< pixels that err together; divides the information
   float min_inlier_fraction = 0.2F;  ///< of the pixels with depth; below it tracking is lost
   float max_step_m = 0.5F;           ///< from the prediction; a larger motion is no motion: lost
   float max_step_rad = 0.6F;         ///< the same for rotation
