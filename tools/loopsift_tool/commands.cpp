@@ -16,6 +16,9 @@ int parse_and_run(int argc, const char* const* argv) {
   app.set_version_flag("--version", "loopsift-tool " LOOPSIFT_VERSION);
   app.require_subcommand(1);
   int exit_code = kExitDone;
+  add_sift_command(app, &exit_code);
+  add_compare_command(app, &exit_code);
+  add_dmp_command(app, &exit_code);
   add_eval_trajectory_command(app, &exit_code);
   add_eval_loops_command(app, &exit_code);
   add_eval_surface_command(app, &exit_code);

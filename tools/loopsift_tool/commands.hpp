@@ -11,9 +11,12 @@ namespace loopsift::tool {
 [[nodiscard]] int run_tool(int argc, const char* const* argv);
 
 // Each adds one command; its callback writes the exit code, which is kExitDone before.
+void add_compare_command(CLI::App& app, int* exit_code);
+void add_dmp_command(CLI::App& app, int* exit_code);
 void add_eval_loops_command(CLI::App& app, int* exit_code);
 void add_eval_surface_command(CLI::App& app, int* exit_code);
 void add_eval_trajectory_command(CLI::App& app, int* exit_code);
+void add_sift_command(CLI::App& app, int* exit_code);
 void add_synth_command(CLI::App& app, int* exit_code);
 
 }  // namespace loopsift::tool

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+#include "tools/loopsift_tool/given_odometry.hpp"
+
+#include <Eigen/Cholesky>
+#include <cstdio>
+#include <utility>
+
+namespace loopsift::tool {
+
+GivenOdometry::GivenOdometry(std::string path, const Trajectory& trajectory)
+    : path_(std::move(path)), trajectory_(trajectory), odometry_(trajectory, options_) {}
+
+Expected<GivenOdometry> GivenOdometry::open(const std::string& trajectory_path,
+                                            const std::string& info_path) {
+  const Expected<Trajectory> trajectory = read_trajectory(trajectory_path);
+  if (!trajectory) return trajectory.error();
+  GivenOdometry odometry(trajectory_path, *trajectory);
+  if (info_path.empty()) return odometry;
+  if (const Status read = odometry.read_information(info_path); !read) return read.error();
+  return odometry;
+}
+
+Status GivenOdometry::read_information(const std::string& path) {
+  const Expected<std::vector<InfoRecord>> records = read_info(path);
+  if (!records) return records.error();
+  for (const InfoRecord& record : *records) {
+    const std::string at = path + ": record " + std::to_string(record.a) + " " + std::to_string(record.b);
+    if (record.b != record.a + 1)
+      return Error{ErrorCode::kFormat, at + " joins no two frames in a row; odometry information is of the "
+                                            "motions from frame k to k+1"};
+    if (record.information.llt().info() != Eigen::Success)
+      return Error{ErrorCode::kFormat, at + ": the 6x6 matrix is not positive definite; repair or remove it"};
+    information_[record.b] = record.information;
+  }
+  return {};
+}
+
+bool GivenOdometry::pose(FrameId frame, std::int64_t timestamp_ns, GivenPose* pose) {
+  const double time_s = trajectory_.indexed ? frame.value : 1e-9 * static_cast<double>(timestamp_ns);
+  Se3 T_odom_camera;
+  // Asked first, so that the odometry never sees a frame without a pose and takes it for a loss.
+  if (!trajectory_.at(time_s, trajectory_.indexed ? 1.0 : options_.max_gap_s, &T_odom_camera)) return false;
+  const TrackingResult tracked = odometry_.track(frame, timestamp_ns);
+  *pose = {tracked.T_odom_camera, tracked.information};
+  const auto known = information_.find(frame.value);
+  if (known != information_.end() && last_posed_ == frame.value - 1) pose->information = known->second;
+  last_posed_ = frame.value;
+  return true;
+}
+
+std::string GivenOdometry::extent() const {
+  const double first = trajectory_.poses.front().time_s, last = trajectory_.poses.back().time_s;
+  char text[96];
+  std::snprintf(
+      text, sizeof text,
+      trajectory_.indexed ? " has poses for frames %.0f to %.0f" : " has poses from %.3f s to %.3f s", first,
+      last);
+  return path_ + text;
+}
+
+}  // namespace loopsift::tool

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: MIT
+// Algorithm 1 in batch on anyone's trajectory and loops.
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <map>
+#include <memory>
+
+#include "core/base/steady_time.hpp"
+#include "core/pipeline/results.hpp"
+#include "core/pipeline/run_report.hpp"
+#include "tools/loopsift_tool/command_support.hpp"
+#include "tools/loopsift_tool/commands.hpp"
+#include "tools/loopsift_tool/sift_arguments.hpp"
+
+namespace loopsift::tool {
+namespace {
+
+struct SiftOptions {
+  SiftArguments arguments;
+  ScoreKind score = ScoreKind::kPosterior;
+  std::string out;
+};
+
+Status make_folder(const std::string& path) {
+  std::error_code error;
+  std::filesystem::create_directories(path, error);
+  if (!error) return {};
+  return Error{ErrorCode::kIo, path + ": the folder for the results cannot be made: " + error.message()};
+}
+
+std::int64_t pending(const Sifter& sifter) {
+  std::int64_t count = 0;
+  for (const SiftedLoop& record : sifter.records()) count += record.decision == Decision::kPending ? 1 : 0;
+  return count;
+}
+
+void add_sifting_figures(const BackEnd& back_end, RunFigures* figures) {
+  const Sifter& sifter = back_end.sifter();
+  const SifterCounts& counts = sifter.counts();
+  figures->loops.proposed = static_cast<std::int64_t>(sifter.records().size());
+  figures->loops.scored = counts.scored;
+  figures->loops.tested = counts.tested;
+  figures->loops.accepted = static_cast<std::int64_t>(sifter.accepted().size());
+  figures->loops.revoked = counts.revoked;
+  figures->loops.pending = pending(sifter);
+  figures->dmp = {back_end.dmp_odometry(), back_end.dmp_final(), back_end.scorer().view_count()};
+  (*figures)[Stage::kLoopSolve] = sifter.solve_times();
+  (*figures)[Stage::kLoopScore] = sifter.score_times();
+  (*figures)[Stage::kLoopTest] = sifter.test_times();
+}
+
+Status write_all(const SiftOptions& options, OfflineMap* map, const RunFigures& figures) {
+  const Status results = write_results(options.out, map->back_end(0), map->frames(), map->fragments());
+  const Status report = write_run_report(options.out + "/run.json", figures);
+  if (!results) return results;
+  if (!report || options.arguments.json.empty()) return report;
+  return write_run_report(options.arguments.json, figures);
+}
+
+int sift(SiftOptions options) {
+  const std::int64_t begin = steady_now_ns();
+  options.arguments.map.back_ends = {options.score};
+  if (const Status made = make_folder(options.out); !made) return fail(made.error());
+  SiftInput input;
+  int exit_code = kExitDone;
+  if (!read_sift_input(options.arguments, &input, &exit_code)) return exit_code;
+  const double fused_s = static_cast<double>(steady_now_ns() - begin) * 1e-9;
+  BackEnd& back_end = input.map->back_end(0);
+  const double sifted_s = sift_all(input.loops, &back_end);
+
+  RunFigures figures = input.map->figures();
+  add_sifting_figures(back_end, &figures);
+  figures.memory.peak_rss_bytes = peak_rss_bytes();
+  figures.wall_s = static_cast<double>(steady_now_ns() - begin) * 1e-9;
+  if (const Status written = write_all(options, input.map.get(), figures); !written)
+    return fail(written.error());
+  return show_figures({{"frames with a pose", "frames", figures.frames.tracked, ""},
+                       {"fragments", "fragments", back_end.fragment_count(), ""},
+                       {"loops", "loops", figures.loops.proposed, ""},
+                       {"  accepted", "accepted", figures.loops.accepted, ""},
+                       {"  revoked in hindsight", "revoked", figures.loops.revoked, ""},
+                       {"dense map posterior, odometry", "dmp_odometry", figures.dmp.odometry_m2, "m^2"},
+                       {"  after sifting", "dmp_final", figures.dmp.final_m2, "m^2"},
+                       {"reading and fusing", "fused_s", fused_s, "s"},
+                       {"sifting", "sifted_s", sifted_s, "s"}},
+                      "");
+}
+
+}  // namespace
+
+void add_sift_command(CLI::App& app, int* exit_code) {
+  auto options = std::make_shared<SiftOptions>();
+  CLI::App* command = app.add_subcommand(
+      "sift", "Keeps those loops that improve the map, and corrects the trajectory with them");
+  add_sift_arguments(command, &options->arguments);
+  const std::map<std::string, ScoreKind> scores = {{"posterior", ScoreKind::kPosterior},
+                                                   {"plain", ScoreKind::kPlain}};
+  command
+      ->add_option("--score", options->score,
+                   "posterior (default), or plain: the published one, without prior, support or hindsight")
+      ->transform(CLI::CheckedTransformer(scores));
+  command->add_option("--out", options->out, "folder for what a run writes; made when missing")->required();
+  command->callback([options, exit_code] { *exit_code = sift(*options); });
+}
+
+}  // namespace loopsift::tool
