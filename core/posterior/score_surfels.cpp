@@ -47,6 +47,13 @@ void write_disc(const Mean& m, float radius_m, std::size_t n, ScoreSurfels* out)
   out->radius[n] = radius_m;
 }
 
+void shorten(std::size_t n, ScoreSurfels* s) {
+  for (Span<float>* a : {&s->x, &s->y, &s->z, &s->nx, &s->ny, &s->nz, &s->radius}) *a = a->first(n);
+  s->chunks = s->chunks.first((n + kChunkSize - 1) / kChunkSize);
+}
+
+}  // namespace
+
 void bound_chunks(ScoreSurfels* s) {
   for (std::size_t c = 0; c < s->chunks.size(); ++c) {
     SurfelChunk& chunk = s->chunks[c];
@@ -62,13 +69,6 @@ void bound_chunks(ScoreSurfels* s) {
     }
   }
 }
-
-void shorten(std::size_t n, ScoreSurfels* s) {
-  for (Span<float>* a : {&s->x, &s->y, &s->z, &s->nx, &s->ny, &s->nz, &s->radius}) *a = a->first(n);
-  s->chunks = s->chunks.first((n + kChunkSize - 1) / kChunkSize);
-}
-
-}  // namespace
 
 std::size_t thin(const SurfelSpan& surfels, float spacing_m, float radius_m, ThinScratch* scratch,
                  ScoreSurfels* out) {

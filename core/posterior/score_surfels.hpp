@@ -29,6 +29,9 @@ struct ScoreSurfels {
   [[nodiscard]] std::size_t size() const { return x.size(); }
 };
 
+/// Fills surfels->chunks, ⌈size / kChunkSize⌉ of them, with the bounding spheres of its discs.
+void bound_chunks(ScoreSurfels* surfels);
+
 /// Scratch of thin(), reused from call to call.
 struct ThinScratch {
   std::vector<std::pair<std::uint64_t, std::uint32_t>> keyed;
