@@ -13,8 +13,13 @@ namespace loopsift {
 /// are noise.
 constexpr float kGrazingCosine = 0.17F;
 
+/// Elements from row to row of an image that render_discs may write to: it works on eight pixels at a time
+/// and uses the padding behind a row.
+[[nodiscard]] constexpr int padded_stride(int width) { return width + 8; }
+
 /// Splats the discs, at camera pose given by T_camera_fragment, into inverse_depth (1/m; 0 where nothing is
-/// predicted; must have the camera's size and be cleared by the caller). Discs nearer than min_depth_m or
+/// predicted; must have the
+/// camera's size and a padded_stride, and be cleared by the caller). Discs nearer than min_depth_m or
 /// past max_depth_m, those that show their back and grazing ones are skipped; the pixel at a disc's centre is
 /// always written.
 void render_discs(const ScoreSurfels& surfels, const Se3& T_camera_fragment, const PinholeCamera& camera,

@@ -15,10 +15,17 @@ constexpr int kViewImages = 3;  // depth own kept
 
 std::size_t chunks_for(int discs) { return (static_cast<std::size_t>(discs) + kChunkSize - 1) / kChunkSize; }
 
-void clear(const ImageView<float>& image) { std::fill_n(image.data, image.size(), 0.0F); }
+void fill(const ImageView<float>& image, float value) {
+  std::fill_n(image.data, static_cast<std::size_t>(image.stride) * static_cast<std::size_t>(image.height),
+              value);
+}
+
+ImageView<float> padded_image(float* data, const PinholeCamera& camera) {
+  return {data, camera.width, camera.height, padded_stride(camera.width)};
+}
 
 // |1/inverse − measured|, 0 where one of the two is missing; *counts says whether the pixel is in Ω.
-inline float residual(float inverse, float measured, float* counts) {
+inline __attribute__((always_inline)) float residual(float inverse, float measured, float* counts) {
   const bool valid = (inverse > 0.0F) & (measured > 0.0F);
   const float e = std::abs(1.0F / (inverse > 0.0F ? inverse : 1.0F) - measured);
   *counts = valid ? 1.0F : 0.0F;
@@ -86,10 +93,15 @@ double mean_over_rows(int height, const Row& row) {
 
 }  // namespace
 
+std::size_t MapScorer::image_capacity() const {
+  return static_cast<std::size_t>(padded_stride(options_.max_view_width)) *
+         static_cast<std::size_t>(options_.max_view_height);
+}
+
 MapScorer::MapScorer(const PosteriorOptions& options, Arena& arena) : options_(options) {
   const auto fragments = static_cast<std::size_t>(options.max_fragments);
   const std::size_t views = fragments * static_cast<std::size_t>(options.max_views_per_fragment);
-  const auto pixels = static_cast<std::size_t>(options.max_view_pixels);
+  const std::size_t pixels = image_capacity();
   disc_store_ = arena.carve<float>(
       "posterior/discs", fragments * kDiscArrays * static_cast<std::size_t>(options.max_discs_per_fragment));
   chunk_store_ =
@@ -128,22 +140,27 @@ bool MapScorer::add(const Fragment& fragment) {
 }
 
 void MapScorer::add_views(const Fragment& fragment) {
-  const auto pixels = static_cast<std::size_t>(options_.max_view_pixels);
+  const std::size_t pixels = image_capacity();
   int added = 0;
   for (const ScoreView& v : fragment.views) {
-    if (added == options_.max_views_per_fragment || v.depth_m.size() > pixels) break;
+    if (added == options_.max_views_per_fragment) break;
+    if (v.camera.width > options_.max_view_width || v.camera.height > options_.max_view_height) continue;
     float* store = &view_store_[views_.size() * kViewImages * pixels];
-    const int w = v.camera.width, h = v.camera.height;
-    ScoredView view{fragment.id,   v.T_fragment_camera.inverse(), v.camera,
-                    {store, w, h}, {store + pixels, w, h},        {store + 2 * pixels, w, h}};
-    for (int y = 0; y < h; ++y) {
-      for (int x = 0; x < w; ++x) {
+    ScoredView view{fragment.id,
+                    v.T_fragment_camera.inverse(),
+                    v.camera,
+                    padded_image(store, v.camera),
+                    padded_image(store + pixels, v.camera),
+                    padded_image(store + 2 * pixels, v.camera),
+                    0.0};
+    for (int y = 0; y < v.camera.height; ++y) {
+      for (int x = 0; x < v.camera.width; ++x) {
         const float d = v.depth_m(x, y);
         view.depth(x, y) = d > options_.min_depth_m && d < options_.max_depth_m ? d : 0.0F;
       }
     }
-    clear(view.own);
-    std::fill_n(view.kept.data, view.kept.size(), -1.0F);
+    fill(view.own, 0.0F);
+    fill(view.kept, -1.0F);
     render_discs(fragments_.back().surfels, view.T_camera_fragment, view.camera, options_.min_depth_m,
                  options_.max_depth_m, view.own);
     weigh_own(&view);
@@ -157,26 +174,28 @@ void MapScorer::add_views(const Fragment& fragment) {
 // own surface lies in front of the measurement no other fragment can make the prediction better, only nearer.
 void MapScorer::weigh_own(ScoredView* view) {
   double residuals = 0, in_front = 0, pixels = 0, measured = 0;
-  for (std::size_t p = 0; p < view->depth.size(); ++p) {
-    const float depth = view->depth.data[p], own = view->own.data[p];
-    float counts = 0;
-    const float e = residual(own, depth, &counts);
-    residuals += static_cast<double>(e);
-    pixels += static_cast<double>(counts);
-    measured += depth > 0.0F ? 1.0 : 0.0;
-    if (counts > 0.0F && own * depth > 1.0F) in_front += static_cast<double>(e);
+  for (int y = 0; y < view->depth.height; ++y) {
+    for (int x = 0; x < view->depth.width; ++x) {
+      const float depth = view->depth(x, y), own = view->own(x, y);
+      float counts = 0;
+      const auto e = static_cast<double>(residual(own, depth, &counts));
+      residuals += e;
+      pixels += static_cast<double>(counts);
+      measured += depth > 0.0F ? 1.0 : 0.0;
+      if (counts > 0.0F && own * depth > 1.0F) in_front += e;
+    }
   }
   own_residual_sum_ += pixels > 0 ? residuals / pixels : 0.0;
   view->least = measured > 0 ? in_front / measured : 0.0;
 }
 
 ImageView<float> MapScorer::layer_for(const ScoredView& view, std::size_t which) const {
-  return {layer_store_.data() + which * (layer_store_.size() / 2), view.camera.width, view.camera.height};
+  return padded_image(layer_store_.data() + which * image_capacity(), view.camera);
 }
 
 void MapScorer::render_others(const ScoredView& view, Span<const Se3> T_map_fragment,
                               const ImageView<float>& layer) const {
-  clear(layer);
+  fill(layer, 0.0F);
   const Se3 T_camera_map = view.T_camera_fragment * T_map_fragment[view.fragment.index()].inverse();
   for (std::size_t f = 0; f < fragments_.size(); ++f) {
     if (f == view.fragment.index()) continue;
@@ -226,18 +245,33 @@ MapScore MapScorer::score(Span<const Se3> T_map_fragment, ScoreKind kind, const 
   return result;
 }
 
+std::int64_t MapScorer::valid_pixels(Span<const Se3> T_map_fragment) const {
+  std::int64_t count = 0;
+  for (const ScoredView& view : views_) {
+    const ImageView<float> layer = layer_for(view, 0);
+    render_others(view, T_map_fragment, layer);
+    for (int y = 0; y < layer.height; ++y) {
+      for (int x = 0; x < layer.width; ++x)
+        count += view.depth(x, y) > 0.0F && std::max(view.own(x, y), layer(x, y)) > 0.0F ? 1 : 0;
+    }
+  }
+  return count;
+}
+
 void MapScorer::clear_reference() {
-  for (const ScoredView& view : views_) std::fill_n(view.kept.data, view.kept.size(), -1.0F);
+  for (const ScoredView& view : views_) fill(view.kept, -1.0F);
 }
 
 void MapScorer::set_reference(Span<const Se3> T_map_fragment) {
   for (const ScoredView& view : views_) {
     const ImageView<float> layer = layer_for(view, 0);
     render_others(view, T_map_fragment, layer);
-    for (std::size_t p = 0; p < layer.size(); ++p) {
-      if (layer.data[p] <= 0.0F) continue;
-      float counts = 0;
-      view.kept.data[p] = residual(std::max(view.own.data[p], layer.data[p]), view.depth.data[p], &counts);
+    for (int y = 0; y < layer.height; ++y) {
+      for (int x = 0; x < layer.width; ++x) {
+        if (layer(x, y) <= 0.0F) continue;
+        float counts = 0;
+        view.kept(x, y) = residual(std::max(view.own(x, y), layer(x, y)), view.depth(x, y), &counts);
+      }
     }
   }
 }
@@ -249,7 +283,7 @@ double MapScorer::compare_pair(FragmentId i, FragmentId j, const Se3& T_i_j_firs
     if (view.fragment != i && view.fragment != j) continue;
     const bool in_i = view.fragment == i;
     const auto render = [&](const Se3& T_i_j, const ImageView<float>& layer) {
-      clear(layer);
+      fill(layer, 0.0F);
       const Se3 T_own_other = in_i ? T_i_j : T_i_j.inverse();
       render_discs(fragments_[in_i ? j.index() : i.index()].surfels, view.T_camera_fragment * T_own_other,
                    view.camera, options_.min_depth_m, options_.max_depth_m, layer);

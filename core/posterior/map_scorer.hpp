@@ -30,7 +30,8 @@ struct PosteriorOptions {
   int max_fragments = 400;
   int max_discs_per_fragment = 6000;
   int max_views_per_fragment = 3;
-  int max_view_pixels = 80 * 60;
+  int max_view_width = 80;  ///< pixels; larger views are left out
+  int max_view_height = 60;
 };
 
 /// Which sum over the pixels, and what happens to pixels that lose the prediction of other fragments.
@@ -79,6 +80,9 @@ class MapScorer {
   [[nodiscard]] MapScore score(Span<const Se3> T_map_fragment, ScoreKind kind, const ScoreLimits& limits = {},
                                Span<float> view_values = {}) const;
 
+  /// Σ_t |Ω_t| of the map at these poses: pixels with measured and predicted depth, over all views.
+  [[nodiscard]] std::int64_t valid_pixels(Span<const Se3> T_map_fragment) const;
+
   /// Forgets the reference map: no pixel is supported.
   void clear_reference();
   /// Makes the map at these poses the reference for support. Support is sticky: a pixel that kept its
@@ -121,6 +125,7 @@ class MapScorer {
                      const ImageView<float>& layer) const;
   [[nodiscard]] double view_value(const ScoredView& view, Span<const Se3> T_map_fragment,
                                   ScoreKind kind) const;
+  [[nodiscard]] std::size_t image_capacity() const;
   [[nodiscard]] ImageView<float> layer_for(const ScoredView& view, std::size_t which) const;
   void weigh_own(ScoredView* view);
 
