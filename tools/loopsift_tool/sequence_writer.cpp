@@ -47,6 +47,12 @@ Status write_text(const std::string& path, const std::string& text) {
   return {};
 }
 
+Status make_folders(const SynthSequence& sequence, const SequenceWriterOptions& options) {
+  if (!options.images) return make_folder(options.folder);
+  if (Status s = make_folder(options.folder + "/depth"); !s) return s;
+  return sequence.settings.color ? make_folder(options.folder + "/rgb") : Status();
+}
+
 /// Renders and writes every frame; `valid_pixels` counts those with depth.
 Status write_images(const SynthSequence& sequence, const std::string& folder, std::int64_t* valid_pixels) {
   auto renderer = SequenceRenderer::create(sequence);
@@ -109,7 +115,8 @@ Status write_camera(const SynthSettings& settings, const std::string& folder) {
 /// Everything but the images.
 Status write_tables(const SynthSequence& sequence, const SequenceWriterOptions& options) {
   const std::string& folder = options.folder;
-  if (Status s = write_lists(sequence, folder); !s) return s;
+  if (options.images)
+    if (Status s = write_lists(sequence, folder); !s) return s;
   if (Status s = write_camera(sequence.settings, folder); !s) return s;
   if (Status s = write_trajectory_tum(folder + "/groundtruth.txt", sequence.trajectory); !s) return s;
   if (options.drift_m > 0) {
@@ -123,12 +130,11 @@ Status write_tables(const SynthSequence& sequence, const SequenceWriterOptions& 
 
 Expected<WrittenSequence> write_sequence(const SynthSequence& sequence,
                                          const SequenceWriterOptions& options) {
-  if (Status s = make_folder(options.folder + "/depth"); !s) return s.error();
-  if (sequence.settings.color)
-    if (Status s = make_folder(options.folder + "/rgb"); !s) return s.error();
+  if (Status s = make_folders(sequence, options); !s) return s.error();
   if (Status s = write_tables(sequence, options); !s) return s.error();
   std::int64_t valid_pixels = 0;
-  if (Status s = write_images(sequence, options.folder, &valid_pixels); !s) return s.error();
+  if (options.images)
+    if (Status s = write_images(sequence, options.folder, &valid_pixels); !s) return s.error();
 
   const std::vector<StampedPose>& poses = sequence.trajectory.poses;
   const PinholeCamera& camera = sequence.settings.camera;

@@ -17,7 +17,7 @@ struct SynthOptions {
   std::vector<double> offset = {0, 0, 0};
   std::vector<double> camera;  // fx fy cx cy width height, or empty
   int frames = 0;
-  bool no_noise = false, no_distortion = false, color = true;
+  bool no_noise = false, no_distortion = false, no_images = false, color = true;
   double depth_scale = 5000;
   std::uint64_t seed = 1;
   double drift_m = 0;
@@ -67,12 +67,14 @@ Expected<SynthSequence> make_sequence(const SynthOptions& options) {
 int synth(const SynthOptions& options) {
   const auto sequence = make_sequence(options);
   if (!sequence) return fail(sequence.error());
-  const auto written = write_sequence(*sequence, {options.out, options.drift_m, options.seed});
+  const auto written =
+      write_sequence(*sequence, {options.out, options.drift_m, options.seed, !options.no_images});
   if (!written) return fail(written.error());
+  const nlohmann::json valid = options.no_images ? nlohmann::json() : nlohmann::json(written->valid_fraction);
   return show_figures({{"frames", "frames", written->frames, ""},
                        {"duration", "duration_s", written->duration_s, "s"},
                        {"length of the way", "length_m", written->length_m, "m"},
-                       {"pixels with depth", "valid_fraction", written->valid_fraction, ""},
+                       {"pixels with depth", "valid_fraction", valid, ""},
                        {"triangles", "triangles", sequence->scene.mesh.triangles.size(), ""},
                        {"drift at the end", "drift_m", options.drift_m, "m"}},
                       options.json);
@@ -104,6 +106,9 @@ void add_synth_command(CLI::App& app, int* exit_code) {
   command->add_flag("--no-distortion", options->no_distortion, "without the camera's smooth depth error");
   command->add_option("--seed", options->seed, "of noise, distortion and drift")->capture_default_str();
   command->add_flag("--color,!--no-color", options->color, "with colour images (default) or without");
+  command->add_flag(
+      "--no-images", options->no_images,
+      "only groundtruth.txt, mesh.ply, camera.txt and odometry.txt: what synth:SCENE is measured by");
   command->add_option("--camera", options->camera, "fx fy cx cy width height, pixels")->expected(6);
   command->add_option("--depth-scale", options->depth_scale, "raw units per metre")
       ->check(CLI::PositiveNumber)

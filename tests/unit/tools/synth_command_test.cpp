@@ -86,6 +86,21 @@ TEST_F(SynthCommand, DepthAloneWithoutColor) {
   EXPECT_EQ(all_depth("replay:tum:" + path("c")).size(), 2U * 80 * 60);
 }
 
+TEST_F(SynthCommand, TruthWithoutImages) {
+  ASSERT_EQ(run({"room?width=80&height=60", "--frames", "7", "--drift", "0.1", "--no-images", "--out",
+                 path("truth")},
+                &complaint_),
+            0)
+      << complaint_;
+  const auto gt = read_trajectory(path("truth/groundtruth.txt"));
+  ASSERT_TRUE(gt.ok()) << gt.error().message;
+  EXPECT_EQ(gt->poses.size(), 7U);
+  EXPECT_TRUE(std::filesystem::exists(path("truth/mesh.ply")));
+  EXPECT_TRUE(std::filesystem::exists(path("truth/odometry.txt")));
+  EXPECT_FALSE(std::filesystem::exists(path("truth/depth")));
+  EXPECT_FALSE(std::filesystem::exists(path("truth/associations.txt")));
+}
+
 TEST_F(SynthCommand, OtherPeoplesSceneWithOffset) {
   std::ofstream(path("wall.obj")) << "v -9 -9 3\nv 9 -9 3\nv 9 9 3\nv -9 9 3\nf 1 2 3 4\n";
   std::ofstream(path("still.txt")) << "7.0 0 0 0 0 0 0 1\n7.1 0 0 0 0 0 0 1\n";
