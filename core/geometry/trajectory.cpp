@@ -14,6 +14,7 @@ namespace loopsift {
 namespace {
 
 constexpr double kQuaternionTolerance = 1e-2;  // of |q|, for files with few digits
+constexpr double kSameTime_s = 1e-4;           // files round times to as little as four decimals
 // Of R Rᵀ − I: published proposers write rotations scaled by up to 5 %, which are brought to the nearest one.
 constexpr double kRotationTolerance = 0.2;
 
@@ -103,10 +104,10 @@ void print_matrix(std::FILE* file, int rows, const double* row_major, const char
 }  // namespace
 
 bool Trajectory::at(double time_s, double max_gap_s, Se3* T_world_camera) const {
-  const auto after = std::lower_bound(poses.begin(), poses.end(), time_s,
+  const auto after = std::lower_bound(poses.begin(), poses.end(), time_s - kSameTime_s,
                                       [](const StampedPose& p, double t) { return p.time_s < t; });
   if (after == poses.end()) return false;
-  if (after->time_s == time_s) {
+  if (after->time_s <= time_s + kSameTime_s) {
     *T_world_camera = after->T_world_camera;
     return true;
   }

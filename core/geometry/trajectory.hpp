@@ -20,7 +20,8 @@ struct Trajectory {
   std::vector<StampedPose> poses;
   bool indexed = false;
 
-  /// The pose at a time by interpolation on SE(3) between neighbours at most max_gap_s apart.
+  /// The pose at a time by interpolation on SE(3) between neighbours at most max_gap_s apart. A pose
+  /// within 0.1 ms, to which files round times, is taken as it is.
   [[nodiscard]] bool at(double time_s, double max_gap_s, Se3* T_world_camera) const;
 };
 

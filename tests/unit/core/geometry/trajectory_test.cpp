@@ -84,6 +84,19 @@ TEST(Trajectory, AtInterpolatesOnlyInsideShortGaps) {
   EXPECT_FALSE(Trajectory().at(0, 1, &T));
 }
 
+TEST(Trajectory, AtTakesAPoseWhoseTimeWasRounded) {
+  Trajectory trajectory;
+  for (const double t : {1305031102.1753, 1305031102.4253})
+    trajectory.poses.push_back(
+        {t, Se3(Eigen::Matrix3d::Identity(), Eigen::Vector3d(t - 1305031102.0, 0, 0))});
+  Se3 T;
+  ASSERT_TRUE(trajectory.at(1305031102.175260, 0.1, &T));  // before the first
+  EXPECT_EQ(T.translation(), trajectory.poses[0].T_world_camera.translation());
+  ASSERT_TRUE(trajectory.at(1305031102.425304, 0.1, &T));  // past the last
+  EXPECT_EQ(T.translation(), trajectory.poses[1].T_world_camera.translation());
+  EXPECT_FALSE(trajectory.at(1305031102.4255, 0.1, &T));
+}
+
 TEST(Trajectory, BadLinesAreNamedByFileAndLine) {
   const TemporaryFolder folder;
   const std::string good = "1 0 0 0 0 0 0 1\n";
