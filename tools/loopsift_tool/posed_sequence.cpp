@@ -34,6 +34,7 @@ Expected<const PosedFrame*> PosedSequence::next() {
       case ReadStatus::kTimeout:
         break;
       case ReadStatus::kEnd:
+        queue_.stop();
         return nullptr;
       case ReadStatus::kLost:
         return Error{ErrorCode::kIo, "the source was lost: " + std::string(queue_.message())};

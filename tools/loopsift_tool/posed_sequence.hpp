@@ -24,7 +24,7 @@ struct PosedFrameCounts {
 
 class PosedSequence {
  public:
-  /// Carves the frame buffers. The source must outlive this.
+  /// Carves the frame buffers. The source is in use until next() has come to the end.
   PosedSequence(FrameSource& source, const GivenOdometry& odometry, Arena& arena);
 
   /// The next frame that has a pose; null at the end. Error: the source was lost.

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+// `loopsift-tool dmp`: the truth scores better than a drifting trajectory, reduced and in full.
+#include <gmock/gmock.h>
+
+#include "tests/unit/tools/desk_sequence.hpp"
+
+namespace loopsift::tool {
+namespace {
+
+using ::testing::HasSubstr;
+
+class DmpCommand : public DeskSequence {
+ protected:
+  nlohmann::json dmp_of(const std::string& trajectory, const std::vector<std::string>& more) const {
+    std::vector<std::string> line = {"dmp",
+                                     "--source",
+                                     kSource,
+                                     "--trajectory",
+                                     trajectory,
+                                     "--json",
+                                     path("out.json"),
+                                     "--fragment-frames",
+                                     std::to_string(kFragmentFrames)};
+    line.insert(line.end(), more.begin(), more.end());
+    const DeskOutcome outcome = run_desk(line);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return json();
+  }
+};
+
+TEST_F(DmpCommand, TheTruthIsBetterThanDrift) {
+  const auto truth = dmp_of(path("gt.txt"), {}), drift = dmp_of(path("drift.txt"), {});
+  EXPECT_GT(truth["dmp"], 0.0);
+  EXPECT_LT(truth["dmp"], drift["dmp"]);
+  EXPECT_EQ(truth["views"], 16 * 3);
+  EXPECT_GT(truth["valid_pixels"], 16 * 3 * 80 * 60 / 2);
+  EXPECT_LE(truth["valid_pixels"], 16 * 3 * 80 * 60);
+  EXPECT_EQ(dmp_of(path("gt.txt"), {"--views", "1"})["views"], 16);
+}
+
+TEST_F(DmpCommand, InFullEveryFrameCounts) {
+  const auto truth = dmp_of(path("gt.txt"), {"--full"}), drift = dmp_of(path("drift.txt"), {"--full"});
+  EXPECT_GT(truth["dmp"], 0.0);
+  EXPECT_LT(truth["dmp"], drift["dmp"]);
+  EXPECT_EQ(truth["views"], 157);
+  EXPECT_GT(truth["valid_pixels"], 157 * 160 * 120 / 2);
+  EXPECT_LE(truth["valid_pixels"], 157 * 160 * 120);
+}
+
+TEST_F(DmpCommand, FramesWithoutAPoseAreLeftOut) {
+  Trajectory half = gt_;
+  half.poses.resize(80);
+  ASSERT_TRUE(write_trajectory_tum(path("half.txt"), half).ok());
+  EXPECT_EQ(dmp_of(path("half.txt"), {})["views"], 8 * 3);
+  EXPECT_EQ(dmp_of(path("half.txt"), {"--full"})["views"], 80);
+}
+
+TEST_F(DmpCommand, WrongInputIsNamed) {
+  folder_.write("late.txt", "900 0 0 0 0 0 0 1\n901 0 0 0 0 0 0 1\n");
+  for (const char* form : {"--views=3", "--full"}) {
+    const DeskOutcome outcome = run_desk({"dmp", "--source", "synth:room?width=32&height=24&frames=4&color=0",
+                                          "--trajectory", path("late.txt"), form});
+    EXPECT_EQ(outcome.exit_code, 2) << form;
+    EXPECT_THAT(outcome.err, HasSubstr("late.txt has poses from 900.000 s")) << form;
+  }
+  EXPECT_EQ(run_desk({"dmp", "--source", "replay:tum:/no/such", "--trajectory", path("gt.txt")}).exit_code,
+            3);
+}
+
+}  // namespace
+}  // namespace loopsift::tool
