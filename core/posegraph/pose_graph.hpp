@@ -36,8 +36,10 @@ struct PoseGraph {
   std::vector<Se3> T_map_node;  ///< current estimate, same size as nodes
   std::vector<Edge> odometry;
   std::vector<Edge> loops;      ///< frame loops of the accepted loops
-  std::vector<int> first_node;  ///< of each fragment; size = fragments + 1
-  [[nodiscard]] int fragment_count() const { return static_cast<int>(first_node.size()) - 1; }
+  std::vector<int> first_node;  ///< of each fragment; size = fragments + 1, or empty
+  [[nodiscard]] int fragment_count() const {
+    return first_node.empty() ? 0 : static_cast<int>(first_node.size()) - 1;
+  }
   [[nodiscard]] const Se3& T_map_fragment(FragmentId f) const {
     return T_map_node[static_cast<std::size_t>(first_node[f.index()])];
   }
