@@ -9,7 +9,8 @@ BackEnd::BackEnd(const BackEndOptions& options, Arena& arena)
     : options_(options),
       scorer_(options.posterior, arena),
       proposer_(options.proposal, arena),
-      sifter_(options.sifter, scorer_) {}
+      sifter_(options.sifter, scorer_),
+      calibration_(options.proposal.cloud, options.proposal.icp) {}
 
 bool BackEnd::insert_fragment(const Fragment& fragment) {
   if (fragments_left_out_ > 0 || fragment.frames.empty() || !scorer_.add(fragment)) {
@@ -19,12 +20,21 @@ bool BackEnd::insert_fragment(const Fragment& fragment) {
   const Fragment* previous = fragments_.empty() ? nullptr : fragments_.back();
   append_fragment(previous, fragment, options_.keyframes_per_fragment, &graph_);
   fragments_.push_back(&fragment);
+  if (options_.calibrate_odometry) calibration_.add(fragment, graph_);
   return true;
+}
+
+void BackEnd::update_sifter() {
+  PoseGraph calibrated = graph_;
+  const double factor = calibration_.covariance_factor();
+  for (Edge& edge : calibrated.odometry) edge.information /= factor;
+  const Fragment& newest = *fragments_.back();
+  sifter_.set_graph(calibrated, newest.frames[newest.frames.size() - 1].frame.value);
 }
 
 bool BackEnd::add_fragment(const Fragment& fragment) {
   if (!insert_fragment(fragment)) return false;
-  sifter_.set_graph(graph_, fragment.frames[fragment.frames.size() - 1].frame.value);
+  update_sifter();
   if (options_.propose) {
     const std::int64_t start = steady_now_ns();
     const std::size_t before = proposals_.size();

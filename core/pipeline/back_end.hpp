@@ -9,6 +9,7 @@
 #include "core/base/arena.hpp"
 #include "core/base/latency_histogram.hpp"
 #include "core/fragment/fragment.hpp"
+#include "core/pipeline/odometry_calibration.hpp"
 #include "core/posegraph/pose_graph.hpp"
 #include "core/posterior/map_scorer.hpp"
 #include "core/proposal/proposer.hpp"
@@ -18,6 +19,7 @@ namespace loopsift {
 
 struct BackEndOptions {
   bool propose = true;             ///< register fragments; false: loops only come from elsewhere
+  bool calibrate_odometry = true;  ///< scale the odometry's covariances by what neighbouring fragments show
   int keyframes_per_fragment = 2;  ///< graph nodes of a fragment
   ProposalOptions proposal;
   PosteriorOptions posterior;
@@ -44,7 +46,9 @@ class BackEnd {
   [[nodiscard]] const Sifter& sifter() const { return sifter_; }
   [[nodiscard]] Sifter& sifter() { return sifter_; }
   [[nodiscard]] const MapScorer& scorer() const { return scorer_; }
-  /// The odometry's graph: its poses are the odometry's.
+  /// What prepares the sifter after insert_fragment: the graph, its information calibrated.
+  void update_sifter();
+  /// The odometry's graph: its poses are the odometry's, its information as the odometry claims it.
   [[nodiscard]] const PoseGraph& odometry_graph() const { return graph_; }
   [[nodiscard]] int fragment_count() const { return static_cast<int>(fragments_.size()); }
   [[nodiscard]] int fragments_left_out() const { return fragments_left_out_; }
@@ -62,7 +66,8 @@ class BackEnd {
   MapScorer scorer_;
   Proposer proposer_;
   Sifter sifter_;
-  PoseGraph graph_;
+  OdometryCalibration calibration_;
+  PoseGraph graph_;  // with the odometry's own information
   std::vector<const Fragment*> fragments_;
   std::vector<Loop> proposals_;
   int fragments_left_out_ = 0;

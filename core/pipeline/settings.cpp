@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include "core/pipeline/settings.hpp"
 
+#include <algorithm>
+
 #include "core/pipeline/option_table.hpp"
+#include "core/pipeline/stage_options.hpp"
 
 namespace loopsift {
 namespace {
+
+constexpr int kMaxViews = 65535;  // what the scorer numbers in 16 bits
 
 // One function per section, one line per key: {key, member, comment, {min, max}}.
 
@@ -38,6 +43,11 @@ OptionSection camera_section(CameraSettings& s) {
               {"depth_scale", &s.depth_scale, "raw depth units per metre", {0, 1e6}},
               {"min_depth_m", &s.min_depth_m, "nearer measurements are not used", {0, 100}},
               {"max_depth_m", &s.max_depth_m, "farther measurements are not used", {0, 100}},
+              {"noise_floor_m",
+               &s.noise_floor_m,
+               "a measurement's σ: floor + slope · (depth − 0.4 m)²",
+               {1e-6, 1}},
+              {"noise_slope_per_m", &s.noise_slope_per_m, "with what the calibration leaves over", {0, 1}},
           }};
 }
 
@@ -67,19 +77,42 @@ OptionSection memory_section(MemorySettings& s) {
           }};
 }
 
-OptionTable bind(Settings& s) {
-  return {run_section(s.run), camera_section(s.camera), replay_section(s.replay), lcm_section(s.lcm),
-          memory_section(s.memory)};
+void append(OptionTable more, OptionTable* table) {
+  for (OptionSection& section : more) table->push_back(std::move(section));
 }
 
-/// What no single key shows to be wrong.
+/// In the order of the data's way through the program.
+OptionTable bind(Settings& s) {
+  OptionTable table = {run_section(s.run), camera_section(s.camera), replay_section(s.replay)};
+  append(front_end_sections(s.front_end, s.trajectory_odometry), &table);
+  append({store_section(s.store)}, &table);
+  append(back_end_sections(s.back_end), &table);
+  append({lcm_section(s.lcm), memory_section(s.memory)}, &table);
+  return table;
+}
+
+/// What no single key shows to be wrong. After finalize().
 void check_together(const Settings& s, std::vector<std::string>* problems) {
+  const auto check = [&](const Status& status) {
+    if (!status) problems->push_back(status.error().message);
+  };
   if (s.run.odometry != "builtin" && s.run.odometry.rfind("file:", 0) != 0 &&
       s.run.odometry.rfind("lcm:", 0) != 0)
     problems->push_back("run.odometry: \"" + s.run.odometry +
                         "\" is none of builtin, file:TRAJECTORY, lcm:CHANNEL");
-  if (s.camera.min_depth_m >= s.camera.max_depth_m)
+  if (s.camera.min_depth_m >= s.camera.max_depth_m) {
     problems->push_back("camera.min_depth_m must be less than camera.max_depth_m");
+  } else {
+    check(validate(s.front_end.frame));
+  }
+  check(validate(s.front_end.odometry));
+  check(validate(s.front_end.fragment));
+  check(validate(s.front_end.model));
+  check(validate(s.store));
+  check(validate(s.back_end.proposal));
+  if (s.store.max_views > kMaxViews)
+    problems->push_back("store.max_fragments times fragment.views_per_fragment must be at most " +
+                        std::to_string(kMaxViews));
   if (s.lcm.enabled && s.lcm.url.find("://") == std::string::npos)
     problems->push_back("lcm.url: \"" + s.lcm.url + "\" is no provider such as " + LcmSettings{}.url +
                         "; to publish nothing set lcm.enabled = false");
@@ -93,11 +126,43 @@ Expected<Settings> load_settings(const std::string& path, const std::vector<std:
   std::vector<std::string> problems;
   if (!path.empty()) read_toml_file(path, table, &problems);
   for (const std::string& assignment : assignments) assign(assignment, table, &problems);
+  finalize(&settings);
   check_together(settings, &problems);
   if (problems.empty()) return settings;
   std::string message;
   for (const std::string& problem : problems) message += (message.empty() ? "" : "\n") + problem;
   return Error{ErrorCode::kUsage, message};
+}
+
+void finalize(Settings* settings) {
+  Settings& s = *settings;
+  FrameOptions& frame = s.front_end.frame;
+  OdometryOptions& odometry = s.front_end.odometry;
+  FragmentOptions& fragment = s.front_end.fragment;
+  PosteriorOptions& posterior = s.back_end.posterior;
+  frame.min_depth_m = posterior.min_depth_m = s.camera.min_depth_m;
+  frame.max_depth_m = posterior.max_depth_m = s.camera.max_depth_m;
+  odometry.noise_floor_m = fragment.noise_floor_m = s.camera.noise_floor_m;
+  odometry.noise_slope = fragment.noise_slope = s.camera.noise_slope_per_m;
+  s.back_end.proposal.max_fragments = posterior.max_fragments = s.store.max_fragments;
+  posterior.max_views_per_fragment = fragment.views_per_fragment;
+  s.store.max_views = s.store.max_fragments * fragment.views_per_fragment;
+  s.store.max_view_pixels = posterior.max_view_width * posterior.max_view_height;
+}
+
+Status check_views(const Settings& settings, const PinholeCamera& camera) {
+  const PosteriorOptions& posterior = settings.back_end.posterior;
+  const int step = settings.front_end.fragment.view_step;
+  const PinholeCamera view = camera.subsampled(step, step / 2);
+  if (view.width <= posterior.max_view_width && view.height <= posterior.max_view_height) return {};
+  const auto steps = [](int pixels, int most) { return (pixels + most - 1) / most; };
+  const int fitting = std::max(steps(camera.width, posterior.max_view_width),
+                               steps(camera.height, posterior.max_view_height));
+  return Error{ErrorCode::kUsage,
+               "fragment.view_step = " + std::to_string(step) + " makes views of " +
+                   std::to_string(view.width) + " x " + std::to_string(view.height) +
+                   " pixels, larger than posterior.max_view_width and max_view_height; set it to " +
+                   std::to_string(fitting)};
 }
 
 std::string to_toml(const Settings& settings) {

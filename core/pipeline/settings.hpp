@@ -33,8 +33,10 @@ struct RunSettings {
 struct CameraSettings {
   PinholeCamera model;     ///< members that are 0 are taken from the source
   double depth_scale = 0;  ///< raw units per metre; 0: from the source
-  float min_depth_m = 0.3F;
-  float max_depth_m = 8.0F;
+  float min_depth_m = FrameOptions{}.min_depth_m;
+  float max_depth_m = FrameOptions{}.max_depth_m;
+  float noise_floor_m = OdometryOptions{}.noise_floor_m;  ///< σ(z) as in OdometryOptions
+  float noise_slope_per_m = OdometryOptions{}.noise_slope;
 };
 
 struct ReplaySettings {
@@ -52,13 +54,13 @@ struct MemorySettings {
 };
 
 struct Settings {
+  RunSettings run;
+  CameraSettings camera;
+  ReplaySettings replay;
   FrontEndOptions front_end;
   TrajectoryOdometryOptions trajectory_odometry;
   StoreOptions store;
   BackEndOptions back_end;
-  RunSettings run;
-  CameraSettings camera;
-  ReplaySettings replay;
   LcmSettings lcm;
   MemorySettings memory;
 };
@@ -68,6 +70,14 @@ struct Settings {
 /// out of range, contradictions.
 [[nodiscard]] Expected<Settings> load_settings(const std::string& path,
                                                const std::vector<std::string>& assignments);
+
+/// Copies what one key says to every struct that needs it: the camera's depth range and noise to the stages,
+/// store.max_fragments to scorer and proposer, the size and number of views to the store. load_settings does
+/// it last; who fills a Settings by hand does it before use.
+void finalize(Settings* settings);
+
+/// Whether the views of this camera fit the scorer's; an Error of kUsage says which key to set to what.
+[[nodiscard]] Status check_views(const Settings& settings, const PinholeCamera& camera);
 
 /// Every key with its comment and value, as TOML.
 [[nodiscard]] std::string to_toml(const Settings& settings);

@@ -182,9 +182,11 @@ void MapScorer::weigh_own(ScoredView* view) {
       residuals += e;
       pixels += static_cast<double>(counts);
       measured += depth > 0.0F ? 1.0 : 0.0;
+      depth_sum_ += static_cast<double>(depth);
       if (counts > 0.0F && own * depth > 1.0F) in_front += e;
     }
   }
+  depth_count_ += measured;
   own_residual_sum_ += pixels > 0 ? residuals / pixels : 0.0;
   view->least = measured > 0 ? in_front / measured : 0.0;
 }

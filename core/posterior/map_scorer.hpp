@@ -94,6 +94,9 @@ class MapScorer {
   /// own statement about its noise, and the unit in which the posterior weighs depth against odometry.
   [[nodiscard]] double own_residual() const { return own_residual_; }
 
+  /// Mean measured depth of the views, metres.
+  [[nodiscard]] double typical_depth() const { return depth_count_ > 0 ? depth_sum_ / depth_count_ : 0.0; }
+
   /// Evidence between two relative poses of a pair of fragments, m²: the pair's views are rendered with both,
   /// and over the pixels that the other fragment predicts under both, Σ_views 1/|Ω| Σ_p (r_first − r_second).
   /// Negative: the first explains the measurements better.
@@ -137,8 +140,9 @@ class MapScorer {
   std::vector<ScoredFragment> fragments_;  // capacity reserved
   std::vector<ScoredView> views_;
   ThinScratch scratch_;
-  Span<std::uint8_t> visited_;   // scratch of score(): views already looked at
-  double own_residual_sum_ = 0;  // over views, metres
+  Span<std::uint8_t> visited_;              // scratch of score(): views already looked at
+  double depth_sum_ = 0, depth_count_ = 0;  // of measured pixels
+  double own_residual_sum_ = 0;             // over views, metres
   double own_residual_ = 0;
   std::size_t discs_left_out_ = 0;
 };

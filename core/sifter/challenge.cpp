@@ -5,16 +5,33 @@
 #include <cmath>
 
 namespace loopsift {
+namespace {
 
-std::vector<Se3> challengers(const Se3& T_i_j, const Se3& T_i_j_map, const Eigen::Vector3d& centroid_j) {
-  const double distance = (T_i_j * centroid_j - T_i_j_map * centroid_j).norm();
-  const double angle = (T_i_j.inverse() * T_i_j_map).angle();
+constexpr double kImageStep_rad = 0.1;
+
+bool beats_all(const MapScorer& scorer, const Loop& loop, const std::vector<Se3>& motions) {
+  return std::all_of(motions.begin(), motions.end(), [&](const Se3& challenger) {
+    return scorer.compare_pair(loop.i, loop.j, loop.T_i_j, challenger) < 0;
+  });
+}
+
+}  // namespace
+
+ChallengeStep image_step(const MapScorer& scorer) {
+  return {kImageStep_rad * scorer.typical_depth(), kImageStep_rad};
+}
+
+ChallengeStep correction_step(const Se3& T_i_j, const Se3& T_i_j_map, const Eigen::Vector3d& centroid_j) {
+  return {(T_i_j * centroid_j - T_i_j_map * centroid_j).norm(), (T_i_j.inverse() * T_i_j_map).angle()};
+}
+
+std::vector<Se3> challengers(const Se3& T_i_j, const ChallengeStep& step, const Eigen::Vector3d& centroid_j) {
   std::vector<Se3> motions;
   const auto moved = [&](const Eigen::Vector3d& direction) {
-    motions.push_back(T_i_j * Se3(Eigen::Matrix3d::Identity(), distance * direction.normalized()));
+    motions.push_back(T_i_j * Se3(Eigen::Matrix3d::Identity(), step.distance_m * direction.normalized()));
   };
   const auto turned = [&](const Eigen::Vector3d& axis) {
-    const Eigen::Matrix3d R = so3_exp(angle * axis);
+    const Eigen::Matrix3d R = so3_exp(step.angle_rad * axis);
     motions.push_back(T_i_j * Se3(R, centroid_j - R * centroid_j));
   };
   for (int axis = 0; axis < 3; ++axis) {
@@ -33,10 +50,11 @@ std::vector<Se3> challengers(const Se3& T_i_j, const Se3& T_i_j_map, const Eigen
 
 bool withstands_challenge(const MapScorer& scorer, const Loop& loop, Span<const Se3> T_map_fragment) {
   const Se3 T_i_j_map = T_map_fragment[loop.i.index()].inverse() * T_map_fragment[loop.j.index()];
-  const std::vector<Se3> motions = challengers(loop.T_i_j, T_i_j_map, scorer.centroid(loop.j));
-  return std::none_of(motions.begin(), motions.end(), [&](const Se3& challenger) {
-    return scorer.compare_pair(loop.i, loop.j, loop.T_i_j, challenger) > 0;
-  });
+  const Eigen::Vector3d centroid_j = scorer.centroid(loop.j);
+  const ChallengeStep near = image_step(scorer), far = correction_step(loop.T_i_j, T_i_j_map, centroid_j);
+  if (!beats_all(scorer, loop, challengers(loop.T_i_j, near, centroid_j))) return false;
+  return far.distance_m <= near.distance_m ||
+         beats_all(scorer, loop, challengers(loop.T_i_j, far, centroid_j));
 }
 
 }  // namespace loopsift

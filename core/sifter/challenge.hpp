@@ -2,10 +2,10 @@
 // A second look at a loop that improves the map: is it the best of its neighbourhood?
 //
 // Where nothing anchors the odometry, a loop that is wrong by less than the drift improves the map, and the
-// score alone takes it. But then a motion next to it explains the two fragments better still. So a loop is
-// challenged by its neighbours at the distance of the very correction that it makes: a true loop is far
-// nearer to the truth than the map was, so each of them is worse; a near miss has neighbours that are better.
-// The scale is the loop's own; no threshold.
+// score alone takes it. But then some motion next to it explains the two fragments better still. So a loop is
+// challenged by its neighbours, and believed only when each of them explains what the pair's views measured
+// worse than it does. On labelled loops (76 true ones with errors of 1–2 cm and 0.5–1°, 86 false ones that
+// improve the map singly) this told all but one apart, by the sign alone.
 #pragma once
 #include <vector>
 
@@ -15,15 +15,27 @@
 
 namespace loopsift {
 
-/// The neighbours of a loop's T_i_j: moved by as much as the loop moves fragment j's centre against the map,
-/// along the three axes and the eight diagonals, and turned about that centre by as much as it turns fragment
-/// j, about the three axes, each both ways. centroid_j: of fragment j, in its frame. T_i_j_map: the motion in
-/// the map without the loop.
-[[nodiscard]] std::vector<Se3> challengers(const Se3& T_i_j, const Se3& T_i_j_map,
+/// How far a loop's challengers stand from it.
+struct ChallengeStep {
+  double distance_m = 0;
+  double angle_rad = 0;
+};
+
+/// A tenth of a radian, and a tenth of the measured depth: both shift the image by the same amount, small
+/// against what a wrong loop is off, large against what a registration is.
+[[nodiscard]] ChallengeStep image_step(const MapScorer& scorer);
+/// The step by which the loop itself moves fragment j (its centroid, in its frame) in the map.
+[[nodiscard]] ChallengeStep correction_step(const Se3& T_i_j, const Se3& T_i_j_map,
+                                            const Eigen::Vector3d& centroid_j);
+
+/// T_i_j moved by the step's distance along the three axes and the eight diagonals, and turned about fragment
+/// j's centroid by the step's angle about the three axes, each both ways: 20 motions.
+[[nodiscard]] std::vector<Se3> challengers(const Se3& T_i_j, const ChallengeStep& step,
                                            const Eigen::Vector3d& centroid_j);
 
-/// True when no challenger explains the pair's measurements better (MapScorer::compare_pair). T_map_fragment:
-/// the map without the loop.
+/// True when every challenger explains the pair's measurements worse (MapScorer::compare_pair): those at the
+/// image step, and those at the correction that the loop makes where that is larger. False, too, where the
+/// fragments share no pixel. T_map_fragment: the map without the loop.
 [[nodiscard]] bool withstands_challenge(const MapScorer& scorer, const Loop& loop,
                                         Span<const Se3> T_map_fragment);
 

@@ -83,14 +83,31 @@ void Sifter::set_graph(const PoseGraph& odometry, int newest_frame) {
 }
 
 void Sifter::add(Span<const Loop> loops) {
+  const std::size_t first = records_.size();
+  records_.resize(first + loops.size());
+  for (std::size_t k = 0; k < loops.size(); ++k) records_[first + k].loop = loops[k];
+  update_loop_weight();
   trial_.set_reference(base_, true);
   for (std::size_t k = 0; k < loops.size(); ++k) {
-    SiftedLoop record;
-    record.loop = loops[k];
-    score_alone(&record);
-    records_.push_back(std::move(record));
+    score_alone(&records_[first + k]);
     report(k + 1, loops.size());
   }
+}
+
+// What proposers claim about their loops is right up to a factor that nobody knows; a loop that is too weak
+// is a nudge in a random direction, one that is too stiff bends the odometry to its own error. What the map
+// knows is its own residual b: the posterior weighs the loops so that their median claims a position to
+// within b. Relative weights stay as claimed.
+void Sifter::update_loop_weight() {
+  if (options_.score != ScoreKind::kPosterior || records_.empty()) return;
+  std::vector<double> information;
+  for (const SiftedLoop& r : records_) {
+    information.push_back(r.loop.information.topLeftCorner<3, 3>().trace() / 3.0);
+  }
+  const auto middle = information.begin() + static_cast<std::ptrdiff_t>(information.size() / 2);
+  std::nth_element(information.begin(), middle, information.end());
+  const double b = scorer_->own_residual();
+  if (*middle > 0 && b > 0) loop_weight_ = 1.0 / (b * b * *middle);
 }
 
 // Lines 3–5: T ← optimize(G, O[i]); M ← fuseModel(T, Z); r[i] ← r(M, Z).
@@ -100,7 +117,7 @@ void Sifter::score_alone(SiftedLoop* record) {
     return reject(record, Reason::kSolveFailed);
   }
   std::vector<Edge> edges;
-  append_frame_loops(trial_.graph(), record->loop, &edges);
+  append_edges(record->loop, &edges);
   std::vector<float> views(base_views_.size());
   const TrialResult alone = trial_.run(edges, base_.T_map_node, {}, views);
   note_times(alone);
@@ -146,8 +163,10 @@ int Sifter::walk(bool pending_only) {
 // Lines 9–14: accepted only if r' > r*, that is, if the score falls.
 bool Sifter::test(SiftedLoop* record) {
   const auto start = std::chrono::steady_clock::now();
+  record->best_score_before = best_.score;
+  record->frame_decided = newest_frame_;
   std::vector<Edge> edges = frame_loops_of(accepted_);
-  append_frame_loops(trial_.graph(), record->loop, &edges);
+  append_edges(record->loop, &edges);
   ScoreLimits limits;
   limits.give_up_above = best_.score;
   limits.first_views = Span<const std::uint16_t>(record->telling_views.data(), record->telling_views.size());
@@ -155,8 +174,6 @@ bool Sifter::test(SiftedLoop* record) {
   note_times(with);
   ++counts_.tested;
   record->tested_score = with.score;
-  record->best_score_before = best_.score;
-  record->frame_decided = newest_frame_;
 
   Reason reason = Reason::kImproves;
   if (!with.solved) {
@@ -209,9 +226,15 @@ bool Sifter::test_removal(std::size_t accepted_index) {
   return true;
 }
 
+void Sifter::append_edges(const Loop& loop, std::vector<Edge>* edges) const {
+  Loop weighted = loop;
+  weighted.information *= loop_weight_;
+  append_frame_loops(trial_.graph(), weighted, edges);
+}
+
 std::vector<Edge> Sifter::frame_loops_of(const std::vector<std::size_t>& records) const {
   std::vector<Edge> edges;
-  for (const std::size_t k : records) append_frame_loops(trial_.graph(), records_[k].loop, &edges);
+  for (const std::size_t k : records) append_edges(records_[k].loop, &edges);
   return edges;
 }
 

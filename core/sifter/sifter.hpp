@@ -106,7 +106,9 @@ class Sifter {
   [[nodiscard]] std::vector<std::size_t> ranked(bool pending_only);
   [[nodiscard]] bool test(SiftedLoop* record);
   [[nodiscard]] bool test_removal(std::size_t accepted_index);
+  void append_edges(const Loop& loop, std::vector<Edge>* edges) const;
   [[nodiscard]] std::vector<Edge> frame_loops_of(const std::vector<std::size_t>& records) const;
+  void update_loop_weight();
   void note_times(const TrialResult& trial);
   void reject(SiftedLoop* record, Reason reason) const;
   void report(std::size_t done, std::size_t of) const;
@@ -119,6 +121,7 @@ class Sifter {
   std::vector<float> base_views_;  // the base's score by view
   std::vector<SiftedLoop> records_;
   std::vector<std::size_t> accepted_;  // indices into records_, in order of acceptance
+  double loop_weight_ = 1;             // common factor of the loops' information, see update_loop_weight()
   int newest_frame_ = -1;
   SifterCounts counts_;
   LatencyHistogram solve_times_, score_times_, test_times_;

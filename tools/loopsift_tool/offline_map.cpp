@@ -125,9 +125,7 @@ Status OfflineMap::read_all(const GivenOdometry& odometry, std::int64_t frame_co
                      counts.without_pose};
   figures_.sequence_duration_s =
       static_cast<double>(frames_.back().timestamp_ns - frames_.front().timestamp_ns) * 1e-9;
-  const Fragment& last = fragments()[fragments().size() - 1];
-  for (BackEnd& back_end : parts_.back_ends)
-    back_end.sifter().set_graph(back_end.odometry_graph(), last.frames[last.frames.size() - 1].frame.value);
+  for (BackEnd& back_end : parts_.back_ends) back_end.update_sifter();
   return {};
 }
 
