@@ -113,8 +113,8 @@ void Sifter::update_loop_weight() {
 // Lines 3–5: T ← optimize(G, O[i]); M ← fuseModel(T, Z); r[i] ← r(M, Z).
 void Sifter::score_alone(SiftedLoop* record) {
   const int fragments = trial_.graph().fragment_count();
-  if (record->loop.i.value >= fragments || record->loop.j.value >= fragments) {
-    return reject(record, Reason::kSolveFailed);
+  for (const FragmentId f : {record->loop.i, record->loop.j}) {
+    if (!f.valid() || f.value >= fragments) return reject(record, Reason::kSolveFailed);
   }
   std::vector<Edge> edges;
   append_edges(record->loop, &edges);

@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: MIT
+#include "core/sifter/sifter.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstring>
+
+#include "tests/unit/core/sifter/sifting.hpp"
+
+namespace loopsift {
+namespace {
+
+using test::error;
+using test::FragmentWorld;
+using test::Sifting;
+using test::together;
+using ::testing::Each;
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+using ::testing::Lt;
+using ::testing::Not;
+
+SifterOptions with_score(ScoreKind kind) {
+  SifterOptions options;
+  options.score = kind;
+  return options;
+}
+
+const ScoreKind kBothScores[] = {ScoreKind::kPlain, ScoreKind::kPosterior};
+
+TEST(Sifter, ATrueLoopIsAcceptedAndTakesTheDriftAway) {
+  const FragmentWorld world;
+  ASSERT_GT(world.rmse_m(world.odometry()), 0.04);
+  for (const ScoreKind kind : kBothScores) {
+    Sifting sifting(world, with_score(kind));
+    EXPECT_THAT(sifting.sift({test::true_loops(world)[0]}), ElementsAre(0));
+    EXPECT_LT(world.rmse_m(sifting.poses()), 0.5 * world.rmse_m(world.odometry()));
+    EXPECT_LT(sifting.sifter.best_score(), sifting.sifter.base_score());
+    const SiftedLoop& record = sifting.record(0);
+    EXPECT_EQ(record.decision, Decision::kAccepted);
+    EXPECT_EQ(record.reason, Reason::kImproves);
+    EXPECT_EQ(record.rank, 0);
+    EXPECT_EQ(record.frame_decided, 27) << "the newest frame of the map";
+    EXPECT_LT(record.tested_score, record.best_score_before);
+  }
+}
+
+TEST(Sifter, WrongLoopsAreRejectedAmongTrueOnes) {
+  const FragmentWorld world;
+  for (const ScoreKind kind : kBothScores) {
+    Sifting sifting(world, with_score(kind));
+    const std::vector<int> accepted =
+        sifting.sift(together(test::wrong_loops(world), test::true_loops(world)));
+    EXPECT_THAT(accepted, Not(IsEmpty()));
+    EXPECT_THAT(accepted, Each(Lt(10)));
+    EXPECT_LT(world.rmse_m(sifting.poses()), 0.5 * world.rmse_m(world.odometry()));
+    for (const SiftedLoop& record : sifting.sifter.records())
+      EXPECT_NE(record.decision, Decision::kPending) << record.loop.id.value;
+  }
+}
+
+TEST(Sifter, WithoutATrueLoopTheMapStaysAsTheOdometryHasIt) {
+  const FragmentWorld world;
+  Sifting sifting(world);
+  EXPECT_THAT(sifting.sift(test::wrong_loops(world)), IsEmpty());
+  for (std::size_t f = 0; f < world.odometry().size(); ++f)
+    EXPECT_LT((sifting.poses()[f].inverse() * world.odometry()[f]).log().norm(), 1e-9);
+  EXPECT_EQ(sifting.sifter.best_score(), sifting.sifter.base_score());
+}
+
+// A loop that flings fragments away lowers the misfit (what does not overlap costs nothing), and the
+// posterior must not take it for that.
+TEST(Sifter, AFlingIsNeverAcceptedByThePosterior) {
+  const FragmentWorld world;
+  std::vector<Loop> flings;
+  int id = 10;
+  for (const auto& [i, j] : {std::pair{0, 6}, {0, 4}, {2, 6}})
+    for (const Vector6d& e :
+         {error(5, 0, 0, 0), error(0, -5, 0, 0), error(0, 0, -5, 0.5), error(-4, 2, 3, -1)})
+      flings.push_back(world.loop(id++, i, j, e));
+  EXPECT_THAT(Sifting(world).sift(flings), IsEmpty());
+  EXPECT_THAT(Sifting(world).sift(together(flings, test::true_loops(world))), Each(Lt(10)));
+}
+
+TEST(Sifter, RanksByImprovementBestFirst) {
+  const FragmentWorld world;
+  Sifting sifting(world);
+  (void)sifting.sift(together(test::wrong_loops(world), test::true_loops(world)));
+  std::vector<SiftedLoop> records = sifting.sifter.records();
+  std::sort(records.begin(), records.end(),
+            [](const SiftedLoop& a, const SiftedLoop& b) { return a.rank < b.rank; });
+  for (std::size_t k = 0; k < records.size(); ++k) {
+    EXPECT_EQ(records[k].rank, static_cast<int>(k));
+    EXPECT_NEAR(records[k].improvement, sifting.sifter.base_score() - records[k].single_score, 1e-12);
+    if (k > 0) {
+      EXPECT_GE(records[k - 1].improvement, records[k].improvement);
+    }
+  }
+  EXPECT_LT(records.front().loop.id.value, 10) << "a true loop is the most effective";
+  EXPECT_GE(records.back().loop.id.value, 10);
+}
+
+TEST(Sifter, TestedScoresExplainTheDecisions) {
+  const FragmentWorld world;
+  for (const ScoreKind kind : kBothScores) {
+    Sifting sifting(world, with_score(kind));
+    (void)sifting.sift(together(test::wrong_loops(world), test::true_loops(world)));
+    for (const SiftedLoop& record : sifting.sifter.records()) {
+      if (record.reason == Reason::kImproves) {
+        EXPECT_LT(record.tested_score, record.best_score_before);
+      }
+      if (record.reason == Reason::kNoImprovement) {
+        EXPECT_GE(record.tested_score, record.best_score_before);
+      }
+      EXPECT_LE(record.best_score_before, sifting.sifter.base_score());
+    }
+    const SifterCounts& counts = sifting.sifter.counts();
+    EXPECT_EQ(counts.scored, 7);
+    EXPECT_EQ(counts.tested, 7);
+  }
+}
+
+TEST(Sifter, WithNoLoopsThereIsNothingToDo) {
+  const FragmentWorld world;
+  Sifting sifting(world);
+  sifting.add({});
+  EXPECT_EQ(sifting.sifter.walk(false), 0);
+  EXPECT_EQ(sifting.sifter.walk(true), 0);
+  EXPECT_EQ(sifting.sifter.review(), 0);
+  EXPECT_TRUE(sifting.sifter.graph().loops.empty());
+  EXPECT_LT(std::abs(world.rmse_m(sifting.poses()) - world.rmse_m(world.odometry())), 1e-9);
+}
+
+TEST(Sifter, ALoopOfAnUnknownFragmentIsSaidToBeUnsolvable) {
+  const FragmentWorld world;
+  Sifting sifting(world);
+  Loop unknown = world.loop(10, 0, 6), invalid = world.loop(11, 0, 6);
+  unknown.j = FragmentId{7};
+  invalid.i = FragmentId{};
+  EXPECT_THAT(sifting.sift({unknown, invalid, test::true_loops(world)[0]}), ElementsAre(0));
+  for (const std::size_t k : {0U, 1U}) {
+    EXPECT_EQ(sifting.record(k).decision, Decision::kRejected);
+    EXPECT_EQ(sifting.record(k).reason, Reason::kSolveFailed);
+    EXPECT_EQ(sifting.record(k).rank, -1);
+  }
+}
+
+TEST(Sifter, ALoopThatIsNotANumberIsSaidToBeUnsolvable) {
+  const FragmentWorld world;
+  Sifting sifting(world);
+  Loop broken = world.loop(10, 0, 6);
+  broken.T_i_j = Se3(Eigen::Matrix3d::Identity(), Eigen::Vector3d::Constant(std::nan("")));
+  EXPECT_THAT(sifting.sift({broken, test::true_loops(world)[0]}), ElementsAre(0));
+  EXPECT_EQ(sifting.record(0).reason, Reason::kSolveFailed);
+}
+
+TEST(Sifter, GrowingMapEndsWithWhatTheBatchAccepts) {
+  const FragmentWorld world;
+  const std::vector<Loop> loops = together(test::wrong_loops(world), {test::true_loops(world)[0]});
+  Sifting batch(world), growing;
+  EXPECT_THAT(batch.sift(loops), ElementsAre(0));
+  const Fragment* previous = nullptr;
+  for (const Fragment& fragment : world.fragments()) {
+    std::vector<Loop> proposed;
+    for (const Loop& loop : loops)
+      if (loop.j == fragment.id) proposed.push_back(loop);
+    growing.grow(previous, fragment, proposed);
+    previous = &fragment;
+  }
+  EXPECT_THAT(growing.accepted(), ElementsAre(0)) << "as the map grew";
+  (void)growing.sifter.walk(false);
+  EXPECT_EQ(growing.accepted(), batch.accepted());
+  for (std::size_t f = 0; f < world.truth().size(); ++f)
+    EXPECT_LT((growing.poses()[f].inverse() * batch.poses()[f]).log().norm(), 1e-3);
+}
+
+TEST(Sifter, APendingLoopWaitsForTheNextWalk) {
+  const FragmentWorld world;
+  Sifting sifting(world);
+  EXPECT_THAT(sifting.sift({test::true_loops(world)[0]}), ElementsAre(0));
+  sifting.add(test::wrong_loops(world));
+  EXPECT_EQ(sifting.record(1).decision, Decision::kPending);
+  const std::int64_t tested = sifting.sifter.counts().tested;
+  EXPECT_EQ(sifting.sifter.walk(true), 0);
+  EXPECT_EQ(sifting.sifter.counts().tested, tested + 4) << "what is decided is not tested again";
+  EXPECT_EQ(sifting.record(1).decision, Decision::kRejected);
+  EXPECT_THAT(sifting.accepted(), ElementsAre(0));
+}
+
+// A loop off by less than the drift improves the odometry's map. Once a true one is in, the map is better
+// without it.
+TEST(Sifter, HindsightRevokesALoopThatMakesTheMapWorse) {
+  const FragmentWorld world;
+  SifterOptions options;
+  options.challenge = false;
+  const Loop off = world.loop(10, 0, 6, error(0.0, 0.0, -0.05, -0.02));
+  for (const bool hindsight : {true, false}) {
+    options.hindsight = hindsight;
+    Sifting sifting(world, options);
+    ASSERT_THAT(sifting.sift({off}), ElementsAre(10));
+    sifting.add({world.loop(0, 0, 6)});
+    ASSERT_EQ(sifting.sifter.walk(true), 1);
+    const double before = sifting.sifter.best_score(), rmse = world.rmse_m(sifting.poses());
+    EXPECT_EQ(sifting.sifter.review(), hindsight ? 1 : 0);
+    EXPECT_EQ(sifting.record(0).decision, hindsight ? Decision::kRevoked : Decision::kAccepted);
+    if (!hindsight) continue;
+    EXPECT_EQ(sifting.record(0).reason, Reason::kBetterWithout);
+    EXPECT_THAT(sifting.accepted(), ElementsAre(0));
+    EXPECT_LT(sifting.sifter.best_score(), before);
+    EXPECT_LT(world.rmse_m(sifting.poses()), rmse);
+    EXPECT_EQ(sifting.sifter.counts().revoked, 1);
+  }
+}
+
+TEST(Sifter, GraphHoldsTheFrameLoopsOfAcceptedLoopsOnly) {
+  const FragmentWorld world;
+  Sifting sifting(world);
+  (void)sifting.sift(together(test::wrong_loops(world), {test::true_loops(world)[0]}));
+  const PoseGraph graph = sifting.sifter.graph();
+  EXPECT_EQ(graph.odometry.size(), world.graph().odometry.size());
+  EXPECT_EQ(graph.loops.size(), 3U) << "two nodes each: reference to all, once";
+  for (const Edge& edge : graph.loops) EXPECT_EQ(edge.loop.value, 0);
+}
+
+TEST(Sifter, GivesTheSameBitsTwice) {
+  const FragmentWorld world;
+  const std::vector<Loop> loops = together(test::wrong_loops(world), test::true_loops(world));
+  Sifting first(world), second(world);
+  EXPECT_EQ(first.sift(loops), second.sift(loops));
+  for (std::size_t k = 0; k < loops.size(); ++k) {
+    EXPECT_EQ(first.record(k).single_score, second.record(k).single_score);
+    EXPECT_EQ(first.record(k).tested_score, second.record(k).tested_score);
+    EXPECT_EQ(first.record(k).telling_views, second.record(k).telling_views);
+  }
+  const std::vector<Se3>&a = first.sifter.T_map_node(), &b = second.sifter.T_map_node();
+  ASSERT_EQ(a.size(), b.size());
+  EXPECT_EQ(std::memcmp(a.data(), b.data(), a.size() * sizeof(Se3)), 0);
+}
+
+TEST(Sifter, OrderOfArrivalDoesNotMatter) {
+  const FragmentWorld world;
+  std::vector<Loop> loops = together(test::wrong_loops(world), test::true_loops(world));
+  Sifting first(world), second(world);
+  const std::vector<int> accepted = first.sift(loops);
+  std::reverse(loops.begin(), loops.end());
+  EXPECT_EQ(second.sift(loops), accepted);
+}
+
+TEST(Sifter, ReportsProgress) {
+  const FragmentWorld world;
+  Sifting sifting(world);
+  std::vector<std::size_t> done;
+  sifting.sifter.on_progress([&](std::size_t n, std::size_t of) {
+    done.push_back(n);
+    EXPECT_EQ(of, 3U);
+  });
+  (void)sifting.sift(test::true_loops(world));
+  EXPECT_THAT(done, ElementsAre(1, 2, 3, 1, 2, 3));
+}
+
+}  // namespace
+}  // namespace loopsift
