@@ -17,7 +17,7 @@ packages=(
   clang-14 clang-format clang-tidy libomp-14-dev libclang-rt-14-dev
   iproute2 util-linux
   # pictures of maps
-  python3 python3-numpy python3-matplotlib
+  python3 python3-numpy python3-pil
 )
 
 missing=()
