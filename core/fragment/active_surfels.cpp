@@ -72,7 +72,8 @@ void ActiveSurfels::fuse(const Frame& frame, const Se3& T_fragment_camera) {
   for (int y = 1; y < camera_.height - 1; ++y)
     for (int x = 1; x < camera_.width - 1; ++x) fuse_pixel(frame, T, x, y);
   high_water_ = std::max(high_water_, count_);
-  if (frame.id.value % kRemovalPeriod == 0) remove_unconfirmed(frame.id.value);
+  if (frame_ % kRemovalPeriod == 0) remove_unconfirmed();
+  ++frame_;
 }
 
 void ActiveSurfels::draw_index_map(const Se3& T_fragment_camera) {
@@ -107,7 +108,7 @@ void ActiveSurfels::fuse_pixel(const Frame& frame, const Se3f& T_fragment_camera
   m.radius =
       0.7071F * z / (camera_.fx * std::max(cosine, 0.5F));  // Keller et al. 2013, half a pixel's diagonal
   m.rgb = color_at(frame, camera_, x, y);
-  m.frame = frame.id.value;
+  m.frame = frame_;
   const std::int32_t surfel = find(x, y, z, m.normal);
   if (surfel >= 0) {
     update(static_cast<std::size_t>(surfel), m);
@@ -208,9 +209,9 @@ void ActiveSurfels::compact(Keep keep) {
   count_ = kept;
 }
 
-void ActiveSurfels::remove_unconfirmed(std::int32_t frame) {
+void ActiveSurfels::remove_unconfirmed() {
   compact([&](std::size_t i) {
-    const bool young = frame - surfels_.first_frame[i] < options_.max_unconfirmed_frames;
+    const bool young = frame_ - surfels_.first_frame[i] < options_.max_unconfirmed_frames;
     return seen_[i] > 0 && (young || seen_[i] >= options_.min_frames_seen);
   });
 }

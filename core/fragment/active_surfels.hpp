@@ -18,11 +18,15 @@ namespace loopsift {
 class ActiveSurfels {
  public:
   ActiveSurfels(const FragmentOptions& options, const PinholeCamera& working, Arena& arena);
-  /// Fuses level 0 of a frame seen from T_fragment_camera.
+  /// Fuses level 0 of a frame seen from T_fragment_camera. Frames are numbered from 0 after clear(); of more
+  /// than 65536 the numbers start again.
   void fuse(const Frame& frame, const Se3& T_fragment_camera);
   /// Removes surfels that were measured in fewer frames.
   void drop_seldom_seen(int min_frames);
-  void clear() { count_ = 0; }
+  void clear() {
+    count_ = 0;
+    frame_ = 0;
+  }
   /// In the fragment's frame, in order of creation.
   [[nodiscard]] SurfelSpan surfels() const { return slice(surfels_, 0, count_); }
   [[nodiscard]] std::size_t capacity() const { return surfels_.size(); }
@@ -35,7 +39,7 @@ class ActiveSurfels {
     Eigen::Vector3f point, normal;
     float depth, weight, radius;
     std::uint32_t rgb;
-    std::int32_t frame;
+    std::uint16_t frame;
   };
   void draw_index_map(const Se3& T_fragment_camera);
   void fuse_pixel(const Frame& frame, const Se3f& T_fragment_camera, int x, int y);
@@ -43,7 +47,7 @@ class ActiveSurfels {
   void update(std::size_t surfel, const Measurement& m);
   void add(const Measurement& m);
   void wear_down(const Frame& frame, int x, int y);
-  void remove_unconfirmed(std::int32_t frame);
+  void remove_unconfirmed();
   template <class Keep>
   void compact(Keep keep);
 
@@ -52,6 +56,7 @@ class ActiveSurfels {
   SurfelSpan surfels_;
   Span<std::uint16_t> seen_;  // frames in which each surfel was measured, less those that saw through it
   std::size_t count_ = 0, high_water_ = 0;
+  std::uint16_t frame_ = 0;  // number of the next frame
   std::uint64_t refused_ = 0;
   Span<std::int32_t> index_;  // surfel behind each pixel, −1: none
   Span<float> index_depth_;   // its depth

@@ -16,13 +16,13 @@ namespace loopsift {
 
 /// Surfels in structure-of-arrays form; all spans have the same size. Owns nothing.
 struct SurfelSpan {
-  Span<float> x, y, z;             ///< position, metres, fragment frame
-  Span<float> nx, ny, nz;          ///< unit normal toward the camera that saw it, fragment frame
-  Span<float> radius;              ///< metres
-  Span<float> weight;              ///< accumulated confidence
-  Span<std::uint32_t> rgb;         ///< 0x00RRGGBB
-  Span<std::int32_t> first_frame;  ///< t0: FrameId that created it
-  Span<std::int32_t> last_frame;   ///< t: FrameId that last updated it
+  Span<float> x, y, z;              ///< position, metres, fragment frame
+  Span<float> nx, ny, nz;           ///< unit normal toward the camera that saw it, fragment frame
+  Span<float> radius;               ///< metres
+  Span<float> weight;               ///< accumulated confidence
+  Span<std::uint32_t> rgb;          ///< 0x00RRGGBB
+  Span<std::uint16_t> first_frame;  ///< t0: index into Fragment::frames of the frame that created it
+  Span<std::uint16_t> last_frame;   ///< t: the same of the one that last updated it
   [[nodiscard]] std::size_t size() const { return x.size(); }
 };
 

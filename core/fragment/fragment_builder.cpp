@@ -73,7 +73,9 @@ void FragmentBuilder::keep_view(const Frame& frame, const Se3& T_fragment_camera
     const std::uint16_t* row = frame.raw_depth.row(y * step + step / 2);
     for (int x = 0; x < width; ++x) {
       const std::uint16_t raw = row[x * step + step / 2];
-      pixels[y * width + x] = raw == 65535 ? 0.0F : static_cast<float>(raw) * frame.depth_unit_m;
+      const float z = static_cast<float>(raw) * frame.depth_unit_m;
+      const bool valid = raw != 65535 && z >= frame.min_depth_m && z <= frame.max_depth_m;
+      pixels[y * width + x] = valid ? z : 0.0F;
     }
   }
   new (&views_[static_cast<std::size_t>(view_count_)])

@@ -28,6 +28,8 @@ FramePreprocessor::FramePreprocessor(const PinholeCamera& camera, double depth_u
     : options_(options) {
   frame_.raw_camera = camera;
   frame_.depth_unit_m = static_cast<float>(depth_unit_m);
+  frame_.min_depth_m = options.min_depth_m;
+  frame_.max_depth_m = options.max_depth_m;
   frame_.level_count = options.levels;
   PinholeCamera level_camera = options.reduction == 1 ? camera : camera.block_averaged(2);
   if (options.reduction == 4) {

@@ -46,8 +46,9 @@ struct Frame {
   float valid_fraction = 0;                        ///< of level 0's pixels that have a depth
   ImageView<const std::uint16_t> raw_depth;        ///< as it came
   PinholeCamera raw_camera;
-  float depth_unit_m = 0.001F;  ///< metres per raw unit
-  ImageView<const Rgb8> color;  ///< empty() without colour
+  float depth_unit_m = 0.001F;                 ///< metres per raw unit
+  float min_depth_m = 0, max_depth_m = 65.0F;  ///< raw depths outside do not count, as in levels
+  ImageView<const Rgb8> color;                 ///< empty() without colour
 };
 
 class FramePreprocessor {

@@ -82,7 +82,7 @@ class FragmentWorld {
   struct Stores {
     std::vector<float> x, y, z, nx, ny, nz, radius, weight;
     std::vector<std::uint32_t> rgb;
-    std::vector<std::int32_t> first_frame, last_frame;
+    std::vector<std::uint16_t> first_frame, last_frame;
     std::vector<FragmentFrame> frames;
     std::vector<std::vector<float>> depths;
     std::vector<ScoreView> views;
@@ -121,7 +121,7 @@ class FragmentWorld {
                          information_of(options_.sigma_m, options_.sigma_rad)});
     const PinholeCamera camera = view_camera();
     for (int v = 0; v < camera.height; ++v)
-      for (int u = 0; u < camera.width; ++u) add_surfel(T_world_camera, camera, u, v, number, s);
+      for (int u = 0; u < camera.width; ++u) add_surfel(T_world_camera, camera, u, v, k, s);
   }
   void add_surfel(const Se3& T_world_camera, const PinholeCamera& camera, int u, int v, int frame,
                   Stores* s) {
@@ -132,7 +132,8 @@ class FragmentWorld {
     s->x.push_back(q.x()), s->y.push_back(q.y()), s->z.push_back(q.z());
     s->nx.push_back(n.x()), s->ny.push_back(n.y()), s->nz.push_back(n.z());
     s->radius.push_back(0.02F), s->weight.push_back(10.0F), s->rgb.push_back(0x808080U);
-    s->first_frame.push_back(frame), s->last_frame.push_back(frame);
+    s->first_frame.push_back(static_cast<std::uint16_t>(frame));
+    s->last_frame.push_back(s->first_frame.back());
   }
   void add_view(int k, Stores* s) {
     const PinholeCamera camera = view_camera();

@@ -156,6 +156,34 @@ TEST(FragmentBuilder, ClosesWithFramesViewsAndItsOwnFrame) {
   EXPECT_FLOAT_EQ(view.camera.cx, small_camera().subsampled(4, 2).cx);
 }
 
+TEST(FragmentBuilder, ViewsHoldNoDepthOutsideTheRange) {
+  FusedScene fused(AnalyticScene::wall());  // 2 m away
+  const FrameOptions range;
+  RawFrame raw = fused.camera.capture(fused.scene, Se3());
+  std::vector<std::uint16_t> pixels = fused.camera.pixels();
+  const auto raw_of = [](float metres) {
+    return static_cast<std::uint16_t>(metres / static_cast<float>(test::SceneCamera::kUnitM));
+  };
+  const std::uint16_t outside[] = {raw_of(0.5F * range.min_depth_m), raw_of(range.max_depth_m + 0.5F), 65535};
+  for (std::size_t i = 0; i < pixels.size(); ++i)
+    if (i % 5 < 3) pixels[i] = outside[i % 5];
+  raw.depth = {pixels.data(), raw.depth.width, raw.depth.height};
+  fused.builder().integrate(fused.preprocess(raw), Se3(), Matrix6d::Identity(), true);
+  const Fragment* closed = fused.builder().close(&fused.store());
+  ASSERT_NE(closed, nullptr);
+  const ImageView<const float>& view = closed->views[0].depth_m;
+  int inside = 0;
+  for (int y = 0; y < view.height; ++y)
+    for (int x = 0; x < view.width; ++x) {
+      if (view(x, y) == 0.0F) continue;
+      ++inside;
+      ASSERT_GE(view(x, y), range.min_depth_m);
+      ASSERT_LE(view(x, y), range.max_depth_m);
+    }
+  EXPECT_GT(inside, 0);
+  EXPECT_LT(inside, view.width * view.height);
+}
+
 TEST(FragmentBuilder, ThinsUntilTheFragmentFits) {
   FragmentOptions options;
   options.max_surfels = 700;

@@ -17,7 +17,7 @@ namespace loopsift::test {
 struct SurfelCloud {
   std::vector<float> x, y, z, nx, ny, nz, radius, weight;
   std::vector<std::uint32_t> rgb;
-  std::vector<std::int32_t> first_frame, last_frame;
+  std::vector<std::uint16_t> first_frame, last_frame;
 
   void add(const Eigen::Vector3d& p, const Eigen::Vector3d& n, float w = 1.0F) {
     x.push_back(static_cast<float>(p.x()));
