@@ -80,6 +80,24 @@ LOOPSIFT_SIMD PixelSum compare_row(const float* own, const float* first, const f
   return {static_cast<double>(difference), static_cast<double>(pixels)};
 }
 
+constexpr float kPerMillimetre = 1e3F;
+
+// Scale of the Laplace distribution with the histogram's median (in millimetre bins), metres.
+double laplace_scale(const std::array<std::uint32_t, 1024>& histogram) {
+  std::uint64_t total = 0, below = 0;
+  for (const std::uint32_t count : histogram) total += count;
+  for (std::size_t bin = 0; bin < histogram.size(); ++bin) {
+    const std::uint32_t count = histogram[bin];
+    if (2 * (below + count) > total) {
+      const double inside =
+          (0.5 * static_cast<double>(total) - static_cast<double>(below)) / static_cast<double>(count);
+      return (static_cast<double>(bin) + inside) * 1e-3 / std::log(2.0);
+    }
+    below += count;
+  }
+  return 0.0;
+}
+
 template <class Row>
 double mean_over_rows(int height, const Row& row) {
   PixelSum sum;
@@ -167,27 +185,26 @@ void MapScorer::add_views(const Fragment& fragment) {
     views_.push_back(view);
     ++added;
   }
-  if (!views_.empty()) own_residual_ = own_residual_sum_ / static_cast<double>(views_.size());
+  own_residual_ = laplace_scale(own_histogram_);
 }
 
 // The view against its own fragment: its part of own_residual(), and the least that it can come to. Where the
 // own surface lies in front of the measurement no other fragment can make the prediction better, only nearer.
 void MapScorer::weigh_own(ScoredView* view) {
-  double residuals = 0, in_front = 0, pixels = 0, measured = 0;
+  double in_front = 0, measured = 0;
   for (int y = 0; y < view->depth.height; ++y) {
     for (int x = 0; x < view->depth.width; ++x) {
       const float depth = view->depth(x, y), own = view->own(x, y);
-      float counts = 0;
-      const auto e = static_cast<double>(residual(own, depth, &counts));
-      residuals += e;
-      pixels += static_cast<double>(counts);
       measured += depth > 0.0F ? 1.0 : 0.0;
       depth_sum_ += static_cast<double>(depth);
-      if (counts > 0.0F && own * depth > 1.0F) in_front += e;
+      float counts = 0;
+      const float e = residual(own, depth, &counts);
+      if (counts == 0.0F) continue;
+      ++own_histogram_[std::min(own_histogram_.size() - 1, static_cast<std::size_t>(e * kPerMillimetre))];
+      if (own * depth > 1.0F) in_front += static_cast<double>(e);
     }
   }
   depth_count_ += measured;
-  own_residual_sum_ += pixels > 0 ? residuals / pixels : 0.0;
   view->least = measured > 0 ? in_front / measured : 0.0;
 }
 

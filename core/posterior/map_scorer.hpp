@@ -10,6 +10,8 @@
 //   DMP(T, Z) = Σ_t 1/|Ω_t| Σ_{p∈Ω_t} (D̂_t(p) − D_t(p))²
 // with D̂_t rendered from the map at view t and Ω_t the pixels where D̂_t and D_t are both valid.
 #pragma once
+#include <array>
+#include <cstdint>
 #include <limits>
 #include <vector>
 
@@ -27,9 +29,9 @@ struct PosteriorOptions {
   float max_depth_m = 6.0F;
   float disc_spacing_m = 0.05F;  ///< voxel edge to which a fragment's surfels are thinned for scoring
   float disc_radius_m = 0.05F;   ///< radius of the discs
-  int max_fragments = 400;
-  int max_discs_per_fragment = 6000;
-  int max_views_per_fragment = 3;
+  int max_fragments = 360;
+  int max_discs_per_fragment = 4000;
+  int max_views_per_fragment = 2;
   int max_view_width = 80;  ///< pixels; larger views are left out
   int max_view_height = 60;
 };
@@ -90,8 +92,9 @@ class MapScorer {
   /// not.
   void set_reference(Span<const Se3> T_map_fragment);
 
-  /// b: the mean absolute residual of the views against their own fragments alone, metres. It is the map's
-  /// own statement about its noise, and the unit in which the posterior weighs depth against odometry.
+  /// b: the scale of a Laplace distribution with the median of the absolute residuals that the views show
+  /// against their own fragments, metres (median / ln 2: silhouettes must not count). It is the map's own
+  /// statement about its noise, and the unit in which the posterior weighs depth against odometry.
   [[nodiscard]] double own_residual() const { return own_residual_; }
 
   /// Mean measured depth of the views, metres.
@@ -140,9 +143,9 @@ class MapScorer {
   std::vector<ScoredFragment> fragments_;  // capacity reserved
   std::vector<ScoredView> views_;
   ThinScratch scratch_;
-  Span<std::uint8_t> visited_;              // scratch of score(): views already looked at
-  double depth_sum_ = 0, depth_count_ = 0;  // of measured pixels
-  double own_residual_sum_ = 0;             // over views, metres
+  Span<std::uint8_t> visited_;                       // scratch of score(): views already looked at
+  double depth_sum_ = 0, depth_count_ = 0;           // of measured pixels
+  std::array<std::uint32_t, 1024> own_histogram_{};  // own residuals, in millimetres; the last bin is open
   double own_residual_ = 0;
   std::size_t discs_left_out_ = 0;
 };
