@@ -62,6 +62,8 @@ struct Parts {
 };
 
 std::optional<Failure> measure(const Settings& settings, FrameSource& source, MemoryBudget* budget) {
+  if (const Status fits = check_views(settings, source.info().camera); !fits.ok())
+    return Failure{Phase::kSettings, fits.error()};
   Arena measuring;
   const Parts parts(settings, source, measuring);
   *budget = measuring.budget();

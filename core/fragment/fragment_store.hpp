@@ -16,10 +16,10 @@
 namespace loopsift {
 
 struct StoreOptions {
-  int max_fragments = 400;
-  int max_surfels = 3000000;   ///< of all fragments
-  int max_frames = 20000;      ///< of all fragments
-  int max_views = 1200;        ///< of all fragments
+  int max_fragments = 360;
+  int max_surfels = 2000000;   ///< of all fragments
+  int max_frames = 18000;      ///< of all fragments
+  int max_views = 720;         ///< of all fragments
   int max_view_pixels = 4800;  ///< of one view
 };
 [[nodiscard]] Status validate(const StoreOptions& options);

@@ -223,6 +223,8 @@ OptionSection posegraph_section(BackEndOptions& back, SolveOptions& o) {
   return {"posegraph",
           "Optimisation of the pieces' poses under odometry and accepted loops.",
           {
+              {"calibrate_odometry", &back.calibrate_odometry,
+               "scale the odometry's uncertainty by what neighbouring pieces show"},
               {"keyframes_per_fragment", &back.keyframes_per_fragment, "nodes of a piece", {1, 10000}},
               {"max_iterations", &o.max_iterations, "a solve that needs more has failed", {1, 10000}},
               {"relative_cost_tolerance",

@@ -21,7 +21,7 @@ using Fpfh = std::array<float, kFpfhSize>;
 struct FpfhOptions {
   float radius_m = 0.30F;    ///< neighbourhood; about six voxels of the cloud
   int min_neighbours = 8;    ///< points with fewer get no descriptor
-  int max_keypoints = 2048;  ///< the points whose descriptors differ most from the cloud's mean are kept
+  int max_keypoints = 1024;  ///< the points whose descriptors differ most from the cloud's mean are kept
 };
 
 /// Points with descriptors. `points` are indices into the cloud, ascending; both of the same size.

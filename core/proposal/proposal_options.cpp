@@ -32,15 +32,15 @@ Status validate_global(const GlobalRegistrationOptions& o) {
 Status validate_icp(const IcpOptions& o) {
   for (const IcpStage& stage : o.stages)
     if (!(stage.max_distance_m > 0) || stage.max_iterations < 1 || stage.stride < 1)
-      return out_of_range("stages", "of distance more than 0, with iterations and stride 1 or more");
+      return out_of_range("icp.stages", "of distance more than 0, with iterations and stride 1 or more");
   if (!(o.min_normal_cosine > -1 && o.min_normal_cosine < 1))
-    return out_of_range("min_normal_cosine", "between -1 and 1");
-  if (!(o.sigma_floor_m > 0)) return out_of_range("sigma_floor_m", "more than 0");
-  if (!(o.sigma_slope_per_m >= 0)) return out_of_range("sigma_slope_per_m", "0 or more");
-  if (o.min_partners < 6) return out_of_range("min_partners", "6 or more");
-  if (!(o.correlated_pairs >= 1)) return out_of_range("correlated_pairs", "1 or more");
-  if (!(o.max_sigma_m > 0)) return out_of_range("max_sigma_m", "more than 0");
-  if (!(o.max_sigma_rad > 0)) return out_of_range("max_sigma_rad", "more than 0");
+    return out_of_range("icp.min_normal_cosine", "between -1 and 1");
+  if (!(o.sigma_floor_m > 0)) return out_of_range("icp.sigma_floor_m", "more than 0");
+  if (!(o.sigma_slope_per_m >= 0)) return out_of_range("icp.sigma_slope_per_m", "0 or more");
+  if (o.min_partners < 6) return out_of_range("icp.min_partners", "6 or more");
+  if (!(o.correlated_pairs >= 1)) return out_of_range("icp.correlated_pairs", "1 or more");
+  if (!(o.max_sigma_m > 0)) return out_of_range("icp.max_sigma_m", "more than 0");
+  if (!(o.max_sigma_rad > 0)) return out_of_range("icp.max_sigma_rad", "more than 0");
   return {};
 }
 

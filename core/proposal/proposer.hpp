@@ -27,7 +27,7 @@ struct ProposalOptions {
   FpfhOptions features;
   GlobalRegistrationOptions global;
   IcpOptions icp;
-  int max_fragments = 400;
+  int max_fragments = 360;
   int max_registrations_per_fragment = 32;  ///< pairs tried when a fragment closes; bounds the time it takes
   int max_matches = 1024;                   ///< feature matches of a pair
   float min_overlap = 0.25F;                ///< of the smaller fragment's points, to be a proposal at all

@@ -63,5 +63,75 @@ TEST(Settings, ContradictionsAreProblems) {
   EXPECT_THAT(settings.error().message, HasSubstr("lcm.enabled = false"));
 }
 
+TEST(Settings, OneKeySetsAllThatNeedIt) {
+  const auto settings =
+      load_settings("", {"camera.min_depth_m=0.5", "camera.max_depth_m=3.5", "camera.noise_floor_m=0.002",
+                         "camera.noise_slope_per_m=0.004", "store.max_fragments=17",
+                         "fragment.views_per_fragment=2", "posterior.max_view_width=40"});
+  ASSERT_TRUE(settings.ok()) << settings.error().message;
+  const FrontEndOptions& front = settings->front_end;
+  const BackEndOptions& back = settings->back_end;
+  EXPECT_EQ(front.frame.min_depth_m, 0.5F);
+  EXPECT_EQ(back.posterior.min_depth_m, 0.5F);
+  EXPECT_EQ(front.frame.max_depth_m, 3.5F);
+  EXPECT_EQ(back.posterior.max_depth_m, 3.5F);
+  EXPECT_EQ(front.odometry.noise_floor_m, 0.002F);
+  EXPECT_EQ(front.fragment.noise_floor_m, 0.002F);
+  EXPECT_EQ(front.odometry.noise_slope, 0.004F);
+  EXPECT_EQ(front.fragment.noise_slope, 0.004F);
+  EXPECT_EQ(back.proposal.max_fragments, 17);
+  EXPECT_EQ(back.posterior.max_fragments, 17);
+  EXPECT_EQ(back.posterior.max_views_per_fragment, 2);
+  EXPECT_EQ(settings->store.max_views, 34);
+  EXPECT_EQ(settings->store.max_view_pixels, 40 * back.posterior.max_view_height);
+}
+
+TEST(Settings, TheScoreIsChosenByName) {
+  const auto plain = load_settings("", {"sifter.score=plain"});
+  ASSERT_TRUE(plain.ok()) << plain.error().message;
+  EXPECT_EQ(plain->back_end.sifter.score, ScoreKind::kPlain);
+  const auto other = load_settings("", {"sifter.score=best"});
+  ASSERT_FALSE(other.ok());
+  EXPECT_THAT(other.error().message, HasSubstr("expected one of \"posterior\", \"plain\""));
+}
+
+TEST(Settings, ProblemsOfAllStagesAreOneMessage) {
+  const auto settings = load_settings(
+      "", {"frame.reduction=3", "fragment.views_per_fragment=60", "proposal.feature_radius_m=0.04",
+           "store.max_fragments=65535", "odometry.iterations_fine=0"});
+  ASSERT_FALSE(settings.ok());
+  const std::string& message = settings.error().message;
+  EXPECT_THAT(message, HasSubstr("frame.reduction must be 1, 2 or 4"));
+  EXPECT_THAT(message, HasSubstr("fragment.views_per_fragment must be from 1 to frames_per_fragment"));
+  EXPECT_THAT(message, HasSubstr("proposal.feature_radius_m must be more than voxel_m"));
+  EXPECT_THAT(message, HasSubstr("store.max_fragments times fragment.views_per_fragment"));
+  EXPECT_THAT(message, HasSubstr("odometry.iterations_fine: 0 is out of range"));
+}
+
+TEST(Settings, ViewsMustFitTheScorer) {
+  Settings settings;
+  finalize(&settings);
+  PinholeCamera camera;
+  camera.width = 640;
+  camera.height = 480;
+  EXPECT_TRUE(check_views(settings, camera).ok());
+  camera.width = 1280;
+  camera.height = 720;
+  const Status status = check_views(settings, camera);
+  ASSERT_FALSE(status.ok());
+  EXPECT_EQ(status.error().code, ErrorCode::kUsage);
+  EXPECT_THAT(status.error().message, HasSubstr("fragment.view_step = 8"));
+  EXPECT_THAT(status.error().message, HasSubstr("set it to 16"));
+  settings.front_end.fragment.view_step = 16;
+  EXPECT_TRUE(check_views(settings, camera).ok());
+}
+
+TEST(Settings, ProfilesAreValid) {
+  for (const char* profile : {"small", "large"}) {
+    const auto settings = load_settings(std::string(LOOPSIFT_CONFIG_DIR "/") + profile + ".toml", {});
+    EXPECT_TRUE(settings.ok()) << profile << ": " << settings.error().message;
+  }
+}
+
 }  // namespace
 }  // namespace loopsift
