@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: MIT
+#include "firmware_app/back_worker.hpp"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "tests/support/fragment_world.hpp"
+#include "tests/support/in_arena.hpp"
+
+namespace loopsift {
+namespace {
+
+using test::FragmentWorld;
+using test::InArena;
+
+LcmSettings silent() {
+  LcmSettings settings;
+  settings.enabled = false;
+  return settings;
+}
+
+BackEndOptions options() {
+  BackEndOptions made;
+  made.propose = false;  // loops are handed in: what is tested here are the threads
+  made.calibrate_odometry = false;
+  made.posterior.max_fragments = made.proposal.max_fragments = 8;
+  return made;
+}
+
+StoreOptions small_store() {
+  StoreOptions made;
+  made.max_fragments = 8;
+  made.max_surfels = 200000;
+  made.max_frames = made.max_views = 64;
+  return made;
+}
+
+// As the program wires them: a store that the front thread fills, a back end, a worker.
+struct Parts {
+  explicit Parts(Arena& arena)
+      : store(small_store(), arena),
+        back_end(options(), arena),
+        publisher(silent(), arena),
+        worker(back_end, store, publisher, arena) {}
+  FragmentStore store;
+  BackEnd back_end;
+  Publisher publisher;
+  BackWorker worker;
+};
+
+class BackWorkerTest : public ::testing::Test {
+ protected:
+  void close_fragment(std::size_t f) {
+    ASSERT_NE(parts_->store.add(world_.fragments()[f]), nullptr);
+    parts_->worker.submit(world_.fragments()[f].frames[3].timestamp_ns);
+  }
+  FragmentWorld world_;
+  InArena<Parts> parts_;
+};
+
+TEST_F(BackWorkerTest, WorksOffWhatIsSubmitted) {
+  BackWorker& worker = parts_->worker;
+  worker.start();
+  for (std::size_t f = 0; f < 7; ++f) close_fragment(f);
+  worker.wait_until_idle();
+  EXPECT_EQ(worker.backlog(), 0);
+  EXPECT_EQ(parts_->back_end.fragment_count(), 7);
+  CorrectionRecord correction;
+  EXPECT_FALSE(worker.take(&correction)) << "without a loop there is nothing to correct";
+  worker.finish();
+}
+
+TEST_F(BackWorkerTest, CorrectionsArriveWithTheirEpoch) {
+  BackWorker& worker = parts_->worker;
+  worker.start();
+  for (std::size_t f = 0; f < 6; ++f) close_fragment(f);
+  worker.wait_until_idle();  // now the back end is nobody's until the next submit
+  const Loop loop = world_.loop(0, 0, 5);
+  parts_->back_end.add_loops(Span<const Loop>(&loop, 1));
+  close_fragment(6);
+  worker.wait_until_idle();
+  EXPECT_EQ(worker.loops_proposed(), 1);
+  EXPECT_EQ(worker.loops_accepted(), 1);
+  CorrectionRecord correction;
+  ASSERT_TRUE(worker.take(&correction));
+  EXPECT_EQ(correction.epoch, 1);
+  EXPECT_EQ(correction.frame_decided, 27);
+  ASSERT_EQ(correction.fragment_count, 7);
+  EXPECT_GT(correction.T_map_odom.log().norm(), 0.01);
+  const std::vector<Se3> poses = parts_->back_end.T_map_fragment();
+  for (std::size_t f = 0; f < poses.size(); ++f)
+    EXPECT_EQ(correction.T_map_fragment[f].matrix(), poses[f].matrix());
+  EXPECT_FALSE(worker.take(&correction));
+
+  worker.finish();
+  ASSERT_TRUE(worker.take(&correction)) << "the end of a run says where everything came to lie";
+  EXPECT_EQ(correction.epoch, 2);
+  EXPECT_EQ(worker.correction_times().count(), 2);
+}
+
+// The worker is held inside the back end; the front thread must get through all the same.
+TEST_F(BackWorkerTest, ASlowBackEndHoldsUpNoSubmit) {
+  BackWorker& worker = parts_->worker;
+  worker.start();
+  for (std::size_t f = 0; f < 4; ++f) close_fragment(f);
+  worker.wait_until_idle();
+  const Loop loop = world_.loop(0, 0, 3);
+  parts_->back_end.add_loops(Span<const Loop>(&loop, 1));
+  Semaphore held, go_on;
+  parts_->back_end.sifter().on_progress([&](std::size_t, std::size_t) {
+    held.post();
+    go_on.wait();
+  });
+  close_fragment(4);
+  held.wait();
+  close_fragment(5), close_fragment(6);
+  EXPECT_EQ(worker.backlog(), 3);
+  CorrectionRecord correction;
+  EXPECT_FALSE(worker.take(&correction));
+  for (int k = 0; k < 100; ++k) go_on.post();
+  worker.finish();
+  EXPECT_EQ(worker.backlog(), 0);
+  EXPECT_EQ(parts_->back_end.fragment_count(), 7);
+}
+
+TEST_F(BackWorkerTest, FinishWorksOffTheBacklogFirst) {
+  parts_->worker.start();
+  for (std::size_t f = 0; f < 7; ++f) close_fragment(f);
+  parts_->worker.finish();
+  EXPECT_EQ(parts_->worker.backlog(), 0);
+  EXPECT_EQ(parts_->back_end.fragment_count(), 7);
+}
+
+TEST_F(BackWorkerTest, FinishWithoutAnyFragmentEnds) {
+  parts_->worker.start();
+  parts_->worker.finish();
+  CorrectionRecord correction;
+  while (parts_->worker.take(&correction)) EXPECT_EQ(correction.fragment_count, 0);
+}
+
+TEST_F(BackWorkerTest, EndsItsThreadWhenItGoesOutOfScope) {
+  parts_->worker.start();
+  close_fragment(0);
+}  // the destructor joins; a thread left running would end the process
+
+}  // namespace
+}  // namespace loopsift
