@@ -11,7 +11,7 @@ struct FragmentOptions {
   int view_step = 8;             ///< raw pixels per view pixel in each direction
   int active_capacity = 100000;  ///< surfels of the fragment being built
   int max_surfels = 40000;       ///< of a closed fragment; a larger one is thinned more coarsely
-  float thin_cell_m = 0.03F;     ///< closed fragments keep about one surfel per cube of this edge and side
+  float thin_cell_m = 0.02F;     ///< closed fragments keep about one surfel per cube of this edge and side
   float merge_distance_sigmas = 3.0F;  ///< a measurement within this many σ(z) of a surfel is of that surfel
   float noise_floor_m = 0.0012F;       ///< σ(z) as in OdometryOptions
   float noise_slope = 0.003F;          ///< per metre

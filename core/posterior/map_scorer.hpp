@@ -78,7 +78,8 @@ class MapScorer {
   [[nodiscard]] std::size_t discs_left_out() const { return discs_left_out_; }
 
   /// The score of the map with fragments at T_map_fragment (one pose per fragment). view_values, where not
-  /// empty, receives each view's part (size view_count(); not with a limit).
+  /// empty, receives each view's part (size view_count(); all of them only when
+  /// the score is complete).
   [[nodiscard]] MapScore score(Span<const Se3> T_map_fragment, ScoreKind kind, const ScoreLimits& limits = {},
                                Span<float> view_values = {}) const;
 

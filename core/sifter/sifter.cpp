@@ -49,6 +49,8 @@ const char* to_string(Reason reason) {
       return "improves the map";
     case Reason::kNoImprovement:
       return "does not improve the map";
+    case Reason::kInsignificant:
+      return "improves the map by less than the standard error";
     case Reason::kChallenged:
       return "a motion next to it explains the two fragments better";
     case Reason::kSolveFailed:
@@ -75,7 +77,8 @@ void Sifter::set_graph(const PoseGraph& odometry, int newest_frame) {
     start.push_back(n == 0 ? odometry.T_map_node[0]
                            : start.back() * odometry.T_map_node[n - 1].inverse() * odometry.T_map_node[n]);
   }
-  best_ = accepted_.empty() ? base_ : trial_.run(frame_loops_of(accepted_), start);
+  best_views_ = base_views_;
+  best_ = accepted_.empty() ? base_ : trial_.run(frame_loops_of(accepted_), start, {}, best_views_);
   if (!best_.solved) {  // the old poses stay, as after any failed solve
     best_.solved = true;
     best_.T_map_node = start;
@@ -148,9 +151,10 @@ int Sifter::walk(bool pending_only) {
   if (!pending_only) {
     accepted_.clear();
     best_ = base_;
+    best_views_ = base_views_;
   }
   trial_.set_reference(best_, true);
-  if (!accepted_.empty()) best_ = trial_.run(frame_loops_of(accepted_), best_.T_map_node);
+  if (!accepted_.empty()) best_ = trial_.run(frame_loops_of(accepted_), best_.T_map_node, {}, best_views_);
   const std::size_t before = accepted_.size();
   const std::vector<std::size_t> order = ranked(pending_only);
   for (std::size_t k = 0; k < order.size(); ++k) {
@@ -170,7 +174,8 @@ bool Sifter::test(SiftedLoop* record) {
   ScoreLimits limits;
   limits.give_up_above = best_.score;
   limits.first_views = Span<const std::uint16_t>(record->telling_views.data(), record->telling_views.size());
-  TrialResult with = trial_.run(edges, best_.T_map_node, limits);
+  std::vector<float> views(best_views_.size());
+  TrialResult with = trial_.run(edges, best_.T_map_node, limits, views);
   note_times(with);
   ++counts_.tested;
   record->tested_score = with.score;
@@ -180,6 +185,8 @@ bool Sifter::test(SiftedLoop* record) {
     reason = Reason::kSolveFailed;
   } else if (!with.complete || !(with.score < best_.score)) {
     reason = Reason::kNoImprovement;
+  } else if (options_.score == ScoreKind::kPosterior && !significant(best_.score - with.score, views)) {
+    reason = Reason::kInsignificant;
   } else if (options_.challenge && options_.score == ScoreKind::kPosterior) {
     const std::vector<Se3> poses = fragment_poses(trial_.graph(), best_.T_map_node);
     if (!withstands_challenge(*scorer_, record->loop, poses)) reason = Reason::kChallenged;
@@ -192,8 +199,21 @@ bool Sifter::test(SiftedLoop* record) {
   record->decision = Decision::kAccepted;
   record->reason = reason;
   best_ = std::move(with);
+  best_views_ = std::move(views);
   trial_.set_reference(best_, false);
   return true;
+}
+
+// The one-standard-error rule (Breiman et al., Classification and Regression Trees, 1984, 3.4.3): the simpler
+// model, here the one without the loop, unless the gain is more than its standard error. The views are the
+// samples.
+bool Sifter::significant(double gain, const std::vector<float>& views) const {
+  double squares = 0;
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const auto d = static_cast<double>(best_views_[v] - views[v]);
+    squares += d * d;
+  }
+  return gain > std::sqrt(squares);
 }
 
 int Sifter::review() {
@@ -213,7 +233,8 @@ bool Sifter::test_removal(std::size_t accepted_index) {
   rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(accepted_index));
   ScoreLimits limits;
   limits.give_up_above = best_.score;
-  TrialResult without = trial_.run(frame_loops_of(rest), best_.T_map_node, limits);
+  std::vector<float> views(best_views_.size());
+  TrialResult without = trial_.run(frame_loops_of(rest), best_.T_map_node, limits, views);
   note_times(without);
   if (!without.solved || !without.complete || !(without.score < best_.score)) return false;
   SiftedLoop& record = records_[accepted_[accepted_index]];
@@ -222,6 +243,7 @@ bool Sifter::test_removal(std::size_t accepted_index) {
   record.frame_decided = newest_frame_;
   accepted_ = std::move(rest);
   best_ = std::move(without);
+  best_views_ = std::move(views);
   trial_.set_reference(best_, false);
   return true;
 }

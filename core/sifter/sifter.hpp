@@ -36,6 +36,7 @@ enum class Reason {
   kNotTested,
   kImproves,       ///< the map is better with it
   kNoImprovement,  ///< the map is not better with it
+  kInsignificant,  ///< it is, but by no more than its standard error over the views
   kChallenged,     ///< a motion next to it explains the two fragments better
   kSolveFailed,    ///< the pose graph could not be optimised with it
   kBetterWithout,  ///< accepted once; the map is better without it since others came in
@@ -109,6 +110,7 @@ class Sifter {
   void append_edges(const Loop& loop, std::vector<Edge>* edges) const;
   [[nodiscard]] std::vector<Edge> frame_loops_of(const std::vector<std::size_t>& records) const;
   void update_loop_weight();
+  [[nodiscard]] bool significant(double gain, const std::vector<float>& views) const;
   void note_times(const TrialResult& trial);
   void reject(SiftedLoop* record, Reason reason) const;
   void report(std::size_t done, std::size_t of) const;
@@ -116,9 +118,9 @@ class Sifter {
   SifterOptions options_;
   MapScorer* scorer_;
   MapTrial trial_;
-  TrialResult base_;               // the odometry's map
-  TrialResult best_;               // with the accepted loops
-  std::vector<float> base_views_;  // the base's score by view
+  TrialResult base_;                            // the odometry's map
+  TrialResult best_;                            // with the accepted loops
+  std::vector<float> base_views_, best_views_;  // base's and best map's score by view
   std::vector<SiftedLoop> records_;
   std::vector<std::size_t> accepted_;  // indices into records_, in order of acceptance
   double loop_weight_ = 1;             // common factor of the loops' information, see update_loop_weight()
