@@ -108,7 +108,7 @@ TEST(Sifter, TestedScoresExplainTheDecisions) {
     Sifting sifting(world, with_score(kind));
     (void)sifting.sift(together(test::wrong_loops(world), test::true_loops(world)));
     for (const SiftedLoop& record : sifting.sifter.records()) {
-      if (record.reason == Reason::kImproves) {
+      if (record.reason == Reason::kImproves || record.reason == Reason::kInsignificant) {
         EXPECT_LT(record.tested_score, record.best_score_before);
       }
       if (record.reason == Reason::kNoImprovement) {
