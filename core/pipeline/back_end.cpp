@@ -25,11 +25,11 @@ bool BackEnd::insert_fragment(const Fragment& fragment) {
 }
 
 void BackEnd::update_sifter() {
-  PoseGraph calibrated = graph_;
+  calibrated_graph_ = graph_;
   const double factor = calibration_.covariance_factor();
-  for (Edge& edge : calibrated.odometry) edge.information /= factor;
+  for (Edge& edge : calibrated_graph_.odometry) edge.information /= factor;
   const Fragment& newest = *fragments_.back();
-  sifter_.set_graph(calibrated, newest.frames[newest.frames.size() - 1].frame.value);
+  sifter_.set_graph(calibrated_graph_, newest.frames[newest.frames.size() - 1].frame.value);
 }
 
 bool BackEnd::add_fragment(const Fragment& fragment) {

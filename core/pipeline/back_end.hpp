@@ -50,6 +50,8 @@ class BackEnd {
   void update_sifter();
   /// The odometry's graph: its poses are the odometry's, its information as the odometry claims it.
   [[nodiscard]] const PoseGraph& odometry_graph() const { return graph_; }
+  /// The same with the information that sifting uses. After update_sifter or add_fragment.
+  [[nodiscard]] const PoseGraph& calibrated_graph() const { return calibrated_graph_; }
   [[nodiscard]] int fragment_count() const { return static_cast<int>(fragments_.size()); }
   [[nodiscard]] int fragments_left_out() const { return fragments_left_out_; }
   /// Pose of each fragment in the best map.
@@ -68,6 +70,7 @@ class BackEnd {
   Sifter sifter_;
   OdometryCalibration calibration_;
   PoseGraph graph_;  // with the odometry's own information
+  PoseGraph calibrated_graph_;
   std::vector<const Fragment*> fragments_;
   std::vector<Loop> proposals_;
   int fragments_left_out_ = 0;

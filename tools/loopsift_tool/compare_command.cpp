@@ -139,7 +139,7 @@ void print_table(const nlohmann::ordered_json& rows, std::size_t loops, std::siz
 Expected<nlohmann::ordered_json> compare_all(const SiftInput& input, const Truth& truth,
                                              const std::set<int>& all_true) {
   BackEnd& posterior = input.map->back_end(0);
-  const PoseGraph& odometry = posterior.odometry_graph();
+  const PoseGraph& odometry = posterior.calibrated_graph();  // the same weights for every filter
   auto outcomes = run_published(odometry, input.loops);
   if (!outcomes) return outcomes.error();
   outcomes->push_back(run_ours("loopsift", input.loops, &posterior));
