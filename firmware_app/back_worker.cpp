@@ -66,7 +66,13 @@ void BackWorker::wait_until_idle() {
   while (backlog() > 0) idle_.wait();
 }
 
-bool BackWorker::take(CorrectionRecord* correction) { return corrections_.try_pop(correction); }
+bool BackWorker::take(CorrectionRecord* correction) {
+  if (corrections_.try_pop(correction)) return true;
+  if (thread_.joinable() || !undelivered_) return false;
+  *correction = scratch_;  // the last word, which found the ring full
+  undelivered_ = false;
+  return true;
+}
 
 void BackWorker::finish() {
   finishing_ = true;
@@ -105,7 +111,7 @@ void BackWorker::announce(bool changed, std::int64_t deciding_since_ns) {
   scratch_.fragment_count =
       static_cast<std::int32_t>(std::min(poses.size(), CorrectionRecord::kMaxFragments));
   std::copy_n(poses.begin(), scratch_.fragment_count, scratch_.T_map_fragment.begin());
-  (void)corrections_.try_push(scratch_);
+  undelivered_ = !corrections_.try_push(scratch_);
   correction_times_.record_ns(steady_now_ns() - deciding_since_ns);
 }
 

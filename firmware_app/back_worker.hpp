@@ -68,6 +68,7 @@ class BackWorker {
   std::atomic<std::int64_t> loops_proposed_{0}, loops_accepted_{0};
   std::atomic<bool> finishing_{false};
   std::vector<Decision> announced_;  // last published decision of each loop
+  bool undelivered_ = false;         // scratch_ found the ring full; read by the front thread after the join
   std::int32_t epoch_ = 0;
   LatencyHistogram correction_times_;
 };

@@ -55,13 +55,15 @@ TrialResult MapTrial::run(const std::vector<Edge>& frame_loops, const std::vecto
   return trial;
 }
 
-TrialResult MapTrial::base(Span<float> view_values) {
+TrialResult MapTrial::as_it_is(const std::vector<Se3>& T_map_node, Span<float> view_values) {
   TrialResult trial;
   trial.solved = true;
-  trial.T_map_node = T_odom_node_;
+  trial.T_map_node = T_map_node;
   score(0.0, {}, view_values, &trial);
   return trial;
 }
+
+TrialResult MapTrial::base(Span<float> view_values) { return as_it_is(T_odom_node_, view_values); }
 
 void MapTrial::set_reference(const TrialResult& trial, bool restart) {
   if (restart) scorer_->clear_reference();

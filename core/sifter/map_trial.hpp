@@ -35,6 +35,8 @@ class MapTrial {
   /// MapScorer::score.
   [[nodiscard]] TrialResult run(const std::vector<Edge>& frame_loops, const std::vector<Se3>& start,
                                 const ScoreLimits& limits = {}, Span<float> view_values = {});
+  /// The map at these poses as it is, unsolved: what is left when a solve fails. Its prior is 0.
+  [[nodiscard]] TrialResult as_it_is(const std::vector<Se3>& T_map_node, Span<float> view_values = {});
   /// The odometry's map, with no loop.
   [[nodiscard]] TrialResult base(Span<float> view_values = {});
   /// Makes a trial's map the reference for support; restart: forgets all support before.

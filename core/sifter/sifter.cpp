@@ -77,12 +77,14 @@ void Sifter::set_graph(const PoseGraph& odometry, int newest_frame) {
     start.push_back(n == 0 ? odometry.T_map_node[0]
                            : start.back() * odometry.T_map_node[n - 1].inverse() * odometry.T_map_node[n]);
   }
+  solve_accepted(start);
+}
+
+// The map with the accepted loops; where the solve fails the poses stay as they were.
+void Sifter::solve_accepted(const std::vector<Se3>& start) {
   best_views_ = base_views_;
   best_ = accepted_.empty() ? base_ : trial_.run(frame_loops_of(accepted_), start, {}, best_views_);
-  if (!best_.solved) {  // the old poses stay, as after any failed solve
-    best_.solved = true;
-    best_.T_map_node = start;
-  }
+  if (!best_.solved) best_ = trial_.as_it_is(start, best_views_);
 }
 
 void Sifter::add(Span<const Loop> loops) {
@@ -154,7 +156,7 @@ int Sifter::walk(bool pending_only) {
     best_views_ = base_views_;
   }
   trial_.set_reference(best_, true);
-  if (!accepted_.empty()) best_ = trial_.run(frame_loops_of(accepted_), best_.T_map_node, {}, best_views_);
+  if (!accepted_.empty()) solve_accepted(std::vector<Se3>(best_.T_map_node));
   const std::size_t before = accepted_.size();
   const std::vector<std::size_t> order = ranked(pending_only);
   for (std::size_t k = 0; k < order.size(); ++k) {

@@ -103,6 +103,7 @@ class Sifter {
   }
 
  private:
+  void solve_accepted(const std::vector<Se3>& start);
   void score_alone(SiftedLoop* record);
   [[nodiscard]] std::vector<std::size_t> ranked(bool pending_only);
   [[nodiscard]] bool test(SiftedLoop* record);
