@@ -7,8 +7,8 @@
 namespace loopsift {
 namespace {
 
-constexpr double kMedianChi2 = 5.348;   // of six degrees of freedom
-constexpr double kLeastFactor = 1e-6;     // an odometry without any error must not divide by zero
+constexpr double kMedianChi2 = 5.348;  // of six degrees of freedom
+constexpr double kLeastFactor = 1e-6;  // an odometry without any error must not divide by zero
 constexpr int kMaxFieldCells = 1 << 22;
 
 // Covariance of the odometry's motion from one fragment's reference node to the next one's: the edges
@@ -37,7 +37,8 @@ void OdometryCalibration::add(const Fragment& fragment, const PoseGraph& odometr
   thinner_.thin(fragment.surfels, &current_);
   const bool target = fragment.id.value > 0 && fragment.joined_to_previous && previous_.size() > 0;
   if (!target) return;
-  field_.build(previous_.points, icp_.stages.front().max_distance_m, icp_.stages.back().max_distance_m, kMaxFieldCells);
+  field_.build(previous_.points, icp_.stages.front().max_distance_m, icp_.stages.back().max_distance_m,
+               kMaxFieldCells);
   const IcpResult registered = refine(icp_, {&previous_, &field_}, current_, T_previous_fragment);
   if (!registered.ok) return;
   const auto f = fragment.id.index();

@@ -7,7 +7,7 @@ set -euo pipefail
 cd "$(dirname "$0")/../.."
 
 out=${1:-out/demo}
-scene='room?rate=15'  # every second frame of a 39 s walk
+scene=room
 tools/scripts/install_dependencies.sh
 echo "== building (log: build/release/demo.log)"
 mkdir -p build/release
