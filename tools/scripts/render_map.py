@@ -151,6 +151,9 @@ def top_view(surfels, path, up, size):
     axes = camera_axes(-up, up[[1, 2, 0]])
     size *= SUPERSAMPLING
     low, high = (np.percentile(surfels.points @ axes.T, q, axis=0) for q in (0.1, 99.9))
+    if path is not None:
+        way = path.points @ axes.T
+        low, high = np.minimum(low, way.min(axis=0)), np.maximum(high, way.max(axis=0))
     scale = size * 0.97 / max(high[0] - low[0], high[1] - low[1])
     width, height = (int((high[k] - low[k]) * scale / 0.97) + 1 for k in (0, 1))
 
