@@ -42,14 +42,22 @@ function(loopsift_library)
   endif()
 endfunction()
 
-# loopsift_test(NAME unit_geometry SOURCES … LINKS …): one GoogleTest program, its cases registered with ctest.
+# loopsift_test(NAME unit_geometry [SANITIZED] SOURCES … LINKS …): one GoogleTest program, its cases registered with ctest.
+# SANITIZED: CI also runs it under the address and undefined-behaviour sanitizers (target and label `sanitized`): the parsers
+# of foreign input and the code that writes through pointers. The preset itself builds and runs any test.
+add_custom_target(sanitized)
 function(loopsift_test)
-  cmake_parse_arguments(ARG "" "NAME" "SOURCES;LINKS" ${ARGN})
+  cmake_parse_arguments(ARG "SANITIZED" "NAME" "SOURCES;LINKS" ${ARGN})
   add_executable(${ARG_NAME} ${ARG_SOURCES})
   loopsift_target_defaults(${ARG_NAME})
   target_link_libraries(${ARG_NAME} PRIVATE ${ARG_LINKS} GTest::gmock GTest::gtest_main)
+  set(labels unit)
+  if(ARG_SANITIZED)
+    add_dependencies(sanitized ${ARG_NAME})
+    set(labels sanitized)
+  endif()
   include(GoogleTest)
-  gtest_discover_tests(${ARG_NAME} DISCOVERY_TIMEOUT 120 PROPERTIES TIMEOUT 600)
+  gtest_discover_tests(${ARG_NAME} DISCOVERY_TIMEOUT 120 PROPERTIES TIMEOUT 600 LABELS ${labels})
 endfunction()
 
 # loopsift_benchmark(NAME bench_frame SOURCES … LINKS …): one Google Benchmark program; built, never run by ctest.
