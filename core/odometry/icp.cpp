@@ -89,7 +89,7 @@ LOOPSIFT_SIMD void evaluate(const Job& j, Block& __restrict s) {
     s.scaled[i] = robust * scaled;
     s.w[i] = robust * inverse_sigma2 * inverse_scale2;
     s.partnered[i] = ok ? 1.0F : 0.0F;
-    s.inlier[i] = ok & (normalized < 9.0F) ? 1.0F : 0.0F;
+    s.inlier[i] = (ok & (normalized < 9.0F)) ? 1.0F : 0.0F;
     s.J[0][i] = nx;
     s.J[1][i] = ny;
     s.J[2][i] = nz;

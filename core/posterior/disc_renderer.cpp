@@ -89,8 +89,9 @@ LOOPSIFT_INLINE void splat(const ProjectedChunk& p, int k, const ImageView<float
         const float du = static_cast<float>(x + lane) - u;
         const float value = inv + inv_du * du + inv_dv * dv;
         const float distance2 = uu * du * du + uv * du * dv + vv * dv * dv;
-        const bool inside = (distance2 <= 1.0F) | ((std::abs(du) <= 0.5F) & (std::abs(dv) <= 0.5F));
-        pixels[lane] = inside & (value > pixels[lane]) ? value : pixels[lane];
+        const bool inside = distance2 <= 1.0F || std::max(std::abs(du), std::abs(dv)) <= 0.5F;
+        const float before = pixels[lane];
+        pixels[lane] = inside ? std::max(value, before) : before;
       }
     }
   }

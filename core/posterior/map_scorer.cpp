@@ -60,7 +60,7 @@ LOOPSIFT_SIMD PixelSum supported_row(const float* own, const float* other, const
     const float e = residual(std::max(own[x], other[x]), depth[x], &counts);
     const bool keeps = (kept[x] >= 0.0F) & (other[x] <= 0.0F);
     residuals += keeps ? kept[x] : e;
-    pixels += keeps & (depth[x] > 0.0F) ? 1.0F : counts;
+    pixels += (keeps & (depth[x] > 0.0F)) ? 1.0F : counts;
   }
   return {static_cast<double>(residuals), static_cast<double>(pixels)};
 }

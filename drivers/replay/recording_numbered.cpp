@@ -71,6 +71,7 @@ bool has_times(const std::vector<NumberedFile>& files) {
 // What pairing goes by: times where the names carry them, else frame numbers.
 std::vector<std::int64_t> keys(const std::vector<NumberedFile>& files, bool times) {
   std::vector<std::int64_t> all;
+  all.reserve(files.size());
   for (const NumberedFile& file : files) all.push_back(times ? file.time_us : file.number);
   return all;
 }

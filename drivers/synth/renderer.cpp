@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <limits>
 
 namespace loopsift {
@@ -30,7 +29,7 @@ template <class T>
 void upload(RTCGeometry geometry, RTCBufferType type, RTCFormat format, const std::vector<T>& values) {
   static_assert(sizeof(T) == 12, "three packed 32-bit numbers");
   void* buffer = rtcSetNewGeometryBuffer(geometry, type, 0, format, sizeof(T), values.size());
-  if (buffer != nullptr) std::memcpy(buffer, values.data(), values.size() * sizeof(T));
+  if (buffer != nullptr) std::copy(values.begin(), values.end(), static_cast<T*>(buffer));
 }
 
 }  // namespace

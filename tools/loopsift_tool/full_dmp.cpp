@@ -146,7 +146,8 @@ void score(const std::deque<FineFragment>& map, const PinholeCamera& camera, con
   figures.views = 1;
   for (int y = 0; y < camera.height; ++y) {
     for (int x = 0; x < camera.width; ++x) {
-      const double measured = frame->depth_m(x, y), inverse = inverse_depth(x, y);
+      const auto measured = static_cast<double>(frame->depth_m(x, y));
+      const auto inverse = static_cast<double>(inverse_depth(x, y));
       const double predicted = inverse > 0 ? 1.0 / inverse : 0.0;
       if (!in_range(measured, o) || !in_range(predicted, o)) continue;
       sum += (predicted - measured) * (predicted - measured);
