@@ -128,6 +128,11 @@ class FrontLoop {
   }
 
   [[nodiscard]] Span<const OdometryPose> poses() const { return {parts_.poses.data(), pose_count_}; }
+  /// The store of poses(): past its end a run goes on, and its trajectory files end.
+  [[nodiscard]] PoolFigures pose_pool() const {
+    return {"pipeline/poses", static_cast<std::int64_t>(parts_.poses.size()),
+            static_cast<std::int64_t>(pose_count_), poses_refused_};
+  }
 
  private:
   void take(const RawFrame& raw) {
@@ -298,6 +303,7 @@ std::optional<Failure> run(const Settings& settings, const std::atomic<bool>& st
   parts.publisher.stop();
 
   collect(parts, &figures);
+  figures.pools.push_back(front.pose_pool());
   figures.memory.budget_bytes = static_cast<std::int64_t>(budget.total_bytes());
   figures.memory.cap_bytes = std::int64_t{settings.memory.cap_mib} << 20;
   if (settings.run.out.empty()) return failure;

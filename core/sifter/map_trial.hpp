@@ -43,7 +43,6 @@ class MapTrial {
   void set_reference(const TrialResult& trial, bool restart);
   [[nodiscard]] const PoseGraph& graph() const { return graph_; }
   [[nodiscard]] const MapScorer& scorer() const { return *scorer_; }
-  [[nodiscard]] ScoreKind kind() const { return kind_; }
 
  private:
   void score(double odometry_chi2, const ScoreLimits& limits, Span<float> view_values, TrialResult* trial);
