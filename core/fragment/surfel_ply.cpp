@@ -21,17 +21,31 @@ Error io_error(const std::string& path, const char* what) {
   return {ErrorCode::kIo, path + ": " + what + ": " + std::strerror(errno)};
 }
 
-bool write_header(std::FILE* file, std::size_t count) {
-  return std::fprintf(
-             file,
+bool write_fragment_comments(std::FILE* file, Span<const Fragment> fragments) {
+  for (const Fragment& fragment : fragments) {
+    const std::int64_t first_ns = fragment.frames.empty() ? 0 : fragment.frames[0].timestamp_ns;
+    if (std::fprintf(file, "comment fragment %d surfels %zu first_frame_s %.9f\n", fragment.id.value,
+                     fragment.surfels.size(), static_cast<double>(first_ns) * 1e-9) < 0)
+      return false;
+  }
+  return true;
+}
+
+bool write_header(std::FILE* file, Span<const Fragment> fragments) {
+  std::size_t count = 0;
+  for (const Fragment& fragment : fragments) count += fragment.surfels.size();
+  return std::fputs(
              "ply\nformat binary_little_endian 1.0\n"
-             "comment surfels: metres in the map frame; radius in metres; confidence is accumulated weight\n"
-             "element vertex %zu\n"
-             "property float x\nproperty float y\nproperty float z\n"
-             "property float nx\nproperty float ny\nproperty float nz\n"
-             "property uchar red\nproperty uchar green\nproperty uchar blue\n"
-             "property float radius\nproperty float confidence\nend_header\n",
-             count) > 0;
+             "comment surfels: metres in the map frame; radius in metres; confidence is accumulated weight\n",
+             file) >= 0 &&
+         write_fragment_comments(file, fragments) &&
+         std::fprintf(file,
+                      "element vertex %zu\n"
+                      "property float x\nproperty float y\nproperty float z\n"
+                      "property float nx\nproperty float ny\nproperty float nz\n"
+                      "property uchar red\nproperty uchar green\nproperty uchar blue\n"
+                      "property float radius\nproperty float confidence\nend_header\n",
+                      count) > 0;
 }
 
 void encode(const SurfelSpan& s, std::size_t i, const Se3f& T, unsigned char* out) {
@@ -64,9 +78,7 @@ Status write_surfel_ply(const std::string& path, Span<const Fragment> fragments,
                                         std::to_string(fragments.size()) + " fragments"};
   File file(std::fopen(path.c_str(), "wb"));
   if (!file) return io_error(path, "cannot be created");
-  std::size_t count = 0;
-  for (const Fragment& fragment : fragments) count += fragment.surfels.size();
-  bool ok = write_header(file.get(), count);
+  bool ok = write_header(file.get(), fragments);
   const auto buffer = std::make_unique<unsigned char[]>(kBufferedVertices * kVertexBytes);
   for (std::size_t f = 0; ok && f < fragments.size(); ++f)
     ok = write_surfels(file.get(), fragments[f].surfels, Se3f(T_map_fragment[f]), buffer.get());

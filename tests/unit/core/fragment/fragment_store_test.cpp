@@ -136,6 +136,24 @@ TEST(SurfelPly, ComesBackAsWritten) {
   std::remove(path.c_str());
 }
 
+TEST(SurfelPly, HeaderSaysWhereEachFragmentEnds) {
+  FusedScene fused(AnalyticScene::room());
+  for (int i = 0; i < 3; ++i) fused.add(Se3());
+  ASSERT_NE(fused.builder().close(&fused.store()), nullptr);
+  const Span<const Fragment> fragments = fused.store().fragments();
+  const Se3 pose;
+  const std::string path = testing::TempDir() + "loopsift_fragments.ply";
+  ASSERT_TRUE(write_surfel_ply(path, fragments, {&pose, 1}).ok());
+  char expected[128];
+  std::snprintf(expected, sizeof expected, "comment fragment 0 surfels %zu first_frame_s %.9f",
+                fragments[0].surfels.size(), static_cast<double>(fragments[0].frames[0].timestamp_ns) * 1e-9);
+  std::ifstream file(path, std::ios::binary);
+  std::vector<std::string> header;
+  for (std::string line; std::getline(file, line) && line != "end_header";) header.push_back(line);
+  EXPECT_THAT(header, testing::Contains(expected));
+  std::remove(path.c_str());
+}
+
 TEST(SurfelPly, SaysWhatWentWrong) {
   FusedScene fused(AnalyticScene::room());
   for (int i = 0; i < 3; ++i) fused.add(Se3());
