@@ -5,9 +5,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <bitset>
+#include <random>
 #include <set>
 
 #include "tests/support/random_graph.hpp"
+#include "tools/loopsift_tool/filters/chi_squared.hpp"
+#include "tools/loopsift_tool/filters/max_clique.hpp"
 
 namespace loopsift::tool {
 namespace {
@@ -106,7 +110,9 @@ TEST_P(RobustFilters, TakeNoLoopsAtAll) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Published, RobustFilters,
-                         ::testing::Values(Expectation{"switchable constraints", 2, 0.75},
+                         ::testing::Values(Expectation{"Cauchy loss", 7, 0.45},
+                                           Expectation{"max-mixtures", 7, 0.45}, Expectation{"PCM", 8, 0.45},
+                                           Expectation{"switchable constraints", 2, 0.75},
                                            Expectation{"dynamic covariance scaling", 3, 0.6},
                                            Expectation{"line process", 8, 0.45},
                                            Expectation{"GNC-TLS", 8, 0.45}));
@@ -156,6 +162,142 @@ TEST(LineProcess, SaysThatLoopsWithoutInformationAreOfNoUse) {
   const Expected<FilterResult> result = run_line_process(c.world.graph, loops);
   ASSERT_FALSE(result.ok());
   EXPECT_THAT(result.error().message, HasSubstr("information"));
+}
+
+// Least squares first: one bad loop shows as the edges that disagree, many pull the others along.
+TEST(EdgePruning, RemovesASingleFalseLoop) {
+  Case c(1, 8, 0);
+  c.loops.push_back(c.world.false_loop(2, 15, 1.0));
+  const Expected<FilterResult> result = run_edge_pruning(c.world.graph, c.loops);
+  ASSERT_TRUE(result.ok()) << result.error().message;
+  EXPECT_EQ(c.false_accepted(*result), 0);
+  EXPECT_EQ(result->weights.back(), 0.0);
+  EXPECT_LT(c.world.rmse_m(result->graph), c.world.rmse_m(c.world.graph));
+  EXPECT_EQ(result->solves, 2);
+}
+
+// With w = 1 and s = 1 the null hypothesis is the loop itself: ties go to the loop.
+TEST(MaxMixtures, WithoutANullHypothesisAreLeastSquares) {
+  const Case c(1);
+  MaxMixturesOptions options;
+  options.null_weight = options.null_information = 1.0;
+  const Expected<FilterResult> result = run_max_mixtures(c.world.graph, c.loops, options);
+  const Expected<FilterResult> all = run_all(c.world.graph, c.loops);
+  ASSERT_TRUE(result.ok() && all.ok());
+  EXPECT_EQ(result->accepted.size(), c.loops.size());
+  EXPECT_NEAR(c.world.rmse_m(result->graph), c.world.rmse_m(all->graph), 1e-3);
+}
+
+// The camera of these graphs goes round in three seconds.
+RrrOptions clusters_within(double seconds) {
+  RrrOptions options;
+  options.cluster_window_s = seconds;
+  return options;
+}
+
+TEST(Rrr, KeepsClustersThatAgree) {
+  for (unsigned seed = 1; seed <= 3; ++seed) {
+    const Case c(seed);
+    const Expected<FilterResult> result = run_rrr(c.world.graph, c.loops, clusters_within(0.1));
+    ASSERT_TRUE(result.ok()) << result.error().message;
+    EXPECT_EQ(c.false_accepted(*result), 0) << "seed " << seed;
+    EXPECT_GE(c.true_accepted(*result), 6) << "seed " << seed;
+    EXPECT_LT(c.world.rmse_m(result->graph), 0.5 * c.world.rmse_m(c.world.graph));
+  }
+}
+
+TEST(Rrr, ThrowsAFalseLoopOutOfAClusterOfTrueOnes) {
+  Case c(2, 6, 0);
+  c.loops.push_back(c.world.false_loop(c.loops[0].i.value, c.loops[0].j.value, 0.05));
+  const Expected<FilterResult> result = run_rrr(c.world.graph, c.loops, clusters_within(1e3));
+  ASSERT_TRUE(result.ok()) << result.error().message;
+  EXPECT_EQ(c.false_accepted(*result), 0);
+  EXPECT_GE(c.true_accepted(*result), 4);
+}
+
+TEST(Rrr, RejectsAClusterThatFalseLoopsRuin) {
+  const Case c(1);  // as many false as true, all in one
+  const Expected<FilterResult> result = run_rrr(c.world.graph, c.loops, clusters_within(1e3));
+  ASSERT_TRUE(result.ok()) << result.error().message;
+  EXPECT_TRUE(result->accepted.empty());
+}
+
+TEST(PairwiseConsistency, ASharedErrorIsConsistent) {
+  Case c(1, 0, 0);
+  const Loop truth = c.world.true_loop(1, 11);
+  const Se3 shift(Eigen::Matrix3d::Identity(), Eigen::Vector3d(0.7, 0, 0));
+  // Three loops that agree with each other, shifted alike, against two that agree with the truth.
+  for (int k = 0; k < 3; ++k) {
+    c.loops.push_back(truth);
+    c.loops.back().T_i_j = truth.T_i_j * shift;
+  }
+  c.loops.push_back(truth);
+  c.loops.push_back(c.world.true_loop(2, 12));
+  for (std::size_t k = 0; k < c.loops.size(); ++k) c.loops[k].id.value = static_cast<int>(k);
+  const Expected<FilterResult> result = run_pairwise_consistency(c.world.graph, c.loops);
+  ASSERT_TRUE(result.ok()) << result.error().message;
+  EXPECT_EQ(result->accepted, (std::vector<LoopId>{LoopId{0}, LoopId{1}, LoopId{2}}));
+}
+
+std::vector<std::vector<bool>> graph_of(int vertices, const std::vector<std::pair<int, int>>& edges) {
+  const auto n = static_cast<std::size_t>(vertices);
+  std::vector<std::vector<bool>> adjacent(n, std::vector<bool>(n, false));
+  for (const auto& [a, b] : edges) {
+    adjacent[static_cast<std::size_t>(a)][static_cast<std::size_t>(b)] = true;
+    adjacent[static_cast<std::size_t>(b)][static_cast<std::size_t>(a)] = true;
+  }
+  return adjacent;
+}
+
+TEST(MaxCliqueSearch, SmallGraphs) {
+  EXPECT_TRUE(max_clique({}, 1000).members.empty());
+  EXPECT_EQ(max_clique(graph_of(3, {}), 1000).members.size(), 1U);
+  // A triangle 0 1 2 and a square with one diagonal missing.
+  const auto adjacent = graph_of(7, {{0, 1}, {1, 2}, {0, 2}, {3, 4}, {4, 5}, {5, 6}, {6, 3}});
+  EXPECT_EQ(max_clique(adjacent, 1000).members, (std::vector<int>{0, 1, 2}));
+}
+
+TEST(MaxCliqueSearch, EqualsExhaustiveSearch) {
+  std::mt19937 random(7);
+  for (int round = 0; round < 20; ++round) {
+    std::vector<std::pair<int, int>> edges;
+    for (int a = 0; a < 12; ++a)
+      for (int b = a + 1; b < 12; ++b)
+        if (random() % 2 == 0) edges.emplace_back(a, b);
+    const auto adjacent = graph_of(12, edges);
+    std::size_t largest = 0;
+    for (unsigned set = 1; set < 1U << 12; ++set) {
+      bool clique = true;
+      for (std::size_t a = 0; a < 12; ++a)
+        for (std::size_t b = a + 1; b < 12; ++b)
+          if ((set >> a & 1U) != 0 && (set >> b & 1U) != 0 && !adjacent[a][b]) clique = false;
+      if (clique) largest = std::max(largest, std::bitset<12>(set).count());
+    }
+    const MaxClique found = max_clique(adjacent, 100000);
+    EXPECT_TRUE(found.proven);
+    EXPECT_EQ(found.members.size(), largest);
+    for (const int a : found.members)
+      for (const int b : found.members)
+        EXPECT_TRUE(a == b || adjacent[static_cast<std::size_t>(a)][static_cast<std::size_t>(b)]);
+  }
+}
+
+TEST(MaxCliqueSearch, SaysWhenItsBudgetRanOut) {
+  std::mt19937 random(3);
+  std::vector<std::pair<int, int>> edges;
+  for (int a = 0; a < 100; ++a)
+    for (int b = a + 1; b < 100; ++b)
+      if (random() % 10 != 0) edges.emplace_back(a, b);
+  const MaxClique found = max_clique(graph_of(100, edges), 200);
+  EXPECT_FALSE(found.proven);
+  EXPECT_GE(found.members.size(), 10U);
+}
+
+TEST(ChiSquared, QuantilesOfTheTables) {
+  EXPECT_EQ(chi2_quantile_95(0), 0.0);
+  EXPECT_NEAR(chi2_quantile_95(6), 12.592, 0.03);
+  EXPECT_NEAR(chi2_quantile_95(60), 79.082, 0.05);
+  EXPECT_NEAR(chi2_quantile_95(600), 658.094, 0.2);
 }
 
 }  // namespace

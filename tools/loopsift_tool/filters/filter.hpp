@@ -5,10 +5,11 @@
 //
 // All start at the graph's own poses, the odometry's, and alternate between poses at given weights (solve())
 // and weights at given poses, in closed form. A loop becomes several edges (append_frame_loops), which share
-// its information. Switchable constraints and covariance scaling weigh each edge of the graph, as their
-// papers do; the line process and GNC, which measure a loop against its correspondences and against the
-// quantile of its χ², weigh the loop as a whole.
+// its information. Losses, switches, mixtures and pruning work on each edge of the graph, as their papers do;
+// the line process, GNC, RRR and PCM, which measure a loop against its correspondences or against a quantile
+// of its χ², take the loop as a whole.
 #pragma once
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -31,6 +32,24 @@ struct FilterResult {
 /// Every weight 1: plain least squares.
 [[nodiscard]] Expected<FilterResult> run_all(const PoseGraph& odometry_graph, Span<const Loop> loops);
 
+/// Cauchy's loss with the constant of Holland & Welsch, Robust regression using iteratively reweighted least
+/// squares, Communications in Statistics 1977.
+struct CauchyLossOptions {
+  double scale = 2.3849;       ///< c, in standard deviations
+  double accept_weight = 0.5;  ///< kept with a weight of at least this
+  int max_rounds = 500;
+};
+[[nodiscard]] Expected<FilterResult> run_cauchy_loss(const PoseGraph& odometry_graph, Span<const Loop> loops,
+                                                     const CauchyLossOptions& options = {});
+
+/// Endres, Hess, Sturm, Cremers & Burgard, 3-D mapping with an RGB-D camera, T-RO 2014.
+struct EdgePruningOptions {
+  double max_chi2 = 5.0;      ///< the first bound of the authors' evaluation (rgbdslam_v2)
+  double accept_share = 0.5;  ///< kept with at least this share of its edges
+};
+[[nodiscard]] Expected<FilterResult> run_edge_pruning(const PoseGraph& odometry_graph, Span<const Loop> loops,
+                                                      const EdgePruningOptions& options = {});
+
 /// Sünderhauf & Protzel, Switchable constraints for robust pose graph SLAM, IROS 2012.
 struct SwitchableConstraintsOptions {
   double switch_information = 1.0;  ///< Ξ, of the prior that pulls every switch to 1; the paper's 1
@@ -51,6 +70,36 @@ struct DynamicCovarianceScalingOptions {
     const PoseGraph& odometry_graph, Span<const Loop> loops,
     const DynamicCovarianceScalingOptions& options = {});
 
+/// Olson & Agarwal, Inference on networks of mixtures for robust robot mapping, IJRR 2013. The null
+/// hypothesis is that of Sünderhauf & Protzel's comparison (ICRA 2013, in their program vertigo); the paper
+/// leaves it to the user.
+struct MaxMixturesOptions {
+  double null_weight = 0.01;        ///< w
+  double null_information = 1e-11;  ///< s, of the loop's
+  double accept_share = 0.5;        ///< kept with at least this share of its edges on the loop's hypothesis
+  int max_rounds = 500;
+};
+[[nodiscard]] Expected<FilterResult> run_max_mixtures(const PoseGraph& odometry_graph, Span<const Loop> loops,
+                                                      const MaxMixturesOptions& options = {});
+
+/// Latif, Cadena & Neira, Robust loop closing over time for pose graph SLAM, IJRR 2013.
+struct RrrOptions {
+  double cluster_window_s = 10.0;  ///< loops whose ends are that close in time are one cluster; the paper's
+};
+[[nodiscard]] Expected<FilterResult> run_rrr(const PoseGraph& odometry_graph, Span<const Loop> loops,
+                                             const RrrOptions& options = {});
+
+/// Lee, Fraundorfer & Pollefeys, Robust pose-graph loop-closures with expectation-maximization, IROS 2013.
+struct ExpectationMaximizationOptions {
+  double scale = 1.0;          ///< c of Cauchy's function, in standard deviations
+  double very_low = 0.1;       ///< edges of a lower weight are removed; our reading of "very low weights"
+  double accept_weight = 0.5;  ///< kept with a weight of at least this
+  int max_rounds = 500;        ///< of one EM process
+};
+[[nodiscard]] Expected<FilterResult> run_expectation_maximization(
+    const PoseGraph& odometry_graph, Span<const Loop> loops,
+    const ExpectationMaximizationOptions& options = {});
+
 /// Choi, Zhou & Koltun, Robust reconstruction of indoor scenes, CVPR 2015.
 struct LineProcessOptions {
   double distance_m = 0.05;   ///< τ: μ = τ² κ, the cost of a loop whose partners are all that far apart
@@ -69,6 +118,16 @@ struct GncOptions {
 };
 [[nodiscard]] Expected<FilterResult> run_gnc_tls(const PoseGraph& odometry_graph, Span<const Loop> loops,
                                                  const GncOptions& options = {});
+
+/// Mangelson, Dominic, Eustice & Vasudevan, Pairwise consistent measurement set maximization for robust
+/// multi-robot map merging, ICRA 2018.
+struct PairwiseConsistencyOptions {
+  double max_chi2 = 16.812;               ///< γ; the 0.99 quantile for six degrees of freedom
+  std::int64_t clique_budget = 10000000;  ///< branches; past it the clique is the largest found until then
+};
+[[nodiscard]] Expected<FilterResult> run_pairwise_consistency(const PoseGraph& odometry_graph,
+                                                              Span<const Loop> loops,
+                                                              const PairwiseConsistencyOptions& options = {});
 
 /// A filter with the parameters of its paper, for tables.
 struct NamedFilter {

@@ -22,24 +22,4 @@ Expected<FilterResult> run_all(const PoseGraph& odometry_graph, Span<const Loop>
   return run_constant(odometry_graph, loops, 1.0);
 }
 
-Span<const NamedFilter> published_filters() {
-  static const NamedFilter kFilters[] = {
-      {"none", "", run_none},
-      {"all", "", run_all},
-      {"switchable constraints", "Sünderhauf & Protzel, IROS 2012",
-       [](const PoseGraph& graph, Span<const Loop> loops) {
-         return run_switchable_constraints(graph, loops);
-       }},
-      {"dynamic covariance scaling", "Agarwal et al., ICRA 2013",
-       [](const PoseGraph& graph, Span<const Loop> loops) {
-         return run_dynamic_covariance_scaling(graph, loops);
-       }},
-      {"line process", "Choi, Zhou & Koltun, CVPR 2015",
-       [](const PoseGraph& graph, Span<const Loop> loops) { return run_line_process(graph, loops); }},
-      {"GNC-TLS", "Yang et al., RA-L 2020",
-       [](const PoseGraph& graph, Span<const Loop> loops) { return run_gnc_tls(graph, loops); }},
-  };
-  return {kFilters, sizeof kFilters / sizeof kFilters[0]};
-}
-
 }  // namespace loopsift::tool

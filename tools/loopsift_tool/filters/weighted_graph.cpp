@@ -26,6 +26,7 @@ Expected<WeightedGraph> WeightedGraph::make(const PoseGraph& odometry_graph, Spa
   WeightedGraph weighted;
   weighted.graph_ = odometry_graph;
   weighted.graph_.loops.clear();
+  weighted.T_start_node_ = odometry_graph.T_map_node;
   const int fragments = odometry_graph.fragment_count();
   for (const Loop& loop : loops) {
     if (!loop.i.valid() || !loop.j.valid() || loop.i == loop.j || loop.i.value >= fragments ||
@@ -49,6 +50,14 @@ void WeightedGraph::add_loop(const std::vector<Edge>& edges, LoopId id, WeightPe
   } else {
     for (const Edge& edge : edges) terms_.push_back({loop, {edge}});
   }
+  terms_of_loop_.push_back(per == WeightPer::kLoop ? 1 : static_cast<int>(edges.size()));
+}
+
+void WeightedGraph::keep_terms(const std::vector<bool>& keep) {
+  std::vector<Term> kept;
+  for (std::size_t k = 0; k < terms_.size(); ++k)
+    if (keep[k]) kept.push_back(std::move(terms_[k]));
+  terms_ = std::move(kept);
 }
 
 Status WeightedGraph::solve_weighted(const std::vector<double>& factors) {
@@ -86,13 +95,9 @@ double WeightedGraph::odometry_chi2() const {
 FilterResult WeightedGraph::finish(const std::vector<double>& weights, double accept) {
   FilterResult result;
   result.weights.assign(ids_.size(), 0.0);
-  std::vector<int> terms_of_loop(ids_.size(), 0);
-  for (std::size_t k = 0; k < terms_.size(); ++k) {
-    result.weights[terms_[k].loop] += weights[k];
-    ++terms_of_loop[terms_[k].loop];
-  }
+  for (std::size_t k = 0; k < terms_.size(); ++k) result.weights[terms_[k].loop] += weights[k];
   for (std::size_t loop = 0; loop < ids_.size(); ++loop) {
-    result.weights[loop] /= terms_of_loop[loop];
+    result.weights[loop] /= terms_of_loop_[loop];
     if (result.weights[loop] >= accept) result.accepted.push_back(ids_[loop]);
   }
   result.graph = std::move(graph_);
@@ -113,6 +118,22 @@ Expected<std::vector<double>> alternate(const RobustCost& robust, int max_rounds
       return status.error();
   }
   return mapped(robust.weight, graph->term_chi2());
+}
+
+RobustCost cauchy_cost(double scale) {
+  const double c2 = scale * scale;
+  RobustCost robust;
+  robust.weight = [c2](double chi2) { return c2 / (c2 + chi2); };
+  robust.factor = robust.weight;
+  robust.cost = [c2](double chi2) { return c2 * std::log1p(chi2 / c2); };
+  return robust;
+}
+
+Expected<FilterResult> finish_with(const std::vector<bool>& chosen, WeightedGraph* graph) {
+  const std::vector<double> weights(chosen.begin(), chosen.end());
+  graph->restart();
+  if (Status status = graph->solve_weighted(weights); !status.ok()) return status.error();
+  return graph->finish(weights, 0.5);
 }
 
 }  // namespace loopsift::tool

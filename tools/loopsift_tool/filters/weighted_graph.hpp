@@ -31,6 +31,11 @@ class WeightedGraph {
   [[nodiscard]] double odometry_chi2() const;
   [[nodiscard]] std::size_t term_count() const { return terms_.size(); }
 
+  /// Back to the poses that it was made with.
+  void restart() { graph_.T_map_node = T_start_node_; }
+  /// Leaves only the terms that are marked; the weight of the others is 0 from now on.
+  void keep_terms(const std::vector<bool>& keep);
+
   /// Hands over the poses, with the weight of each loop, the mean of its terms', and which loops have at
   /// least `accept`.
   [[nodiscard]] FilterResult finish(const std::vector<double>& weights, double accept);
@@ -43,8 +48,10 @@ class WeightedGraph {
   void add_loop(const std::vector<Edge>& edges, LoopId id, WeightPer per);
 
   PoseGraph graph_;
+  std::vector<Se3> T_start_node_;
   std::vector<LoopId> ids_;
   std::vector<Term> terms_;
+  std::vector<int> terms_of_loop_;  // as made, by the loop's place
   int solves_ = 0;
 };
 
@@ -59,5 +66,12 @@ struct RobustCost {
 /// less than a hundred-millionth, or max_rounds. Returns the weights at the end.
 [[nodiscard]] Expected<std::vector<double>> alternate(const RobustCost& robust, int max_rounds,
                                                       WeightedGraph* graph);
+
+/// c² log(1 + χ²/c²): Cauchy's loss. Weight and factor are c² / (c² + χ²).
+[[nodiscard]] RobustCost cauchy_cost(double scale);
+
+/// Least squares from the graph's first poses with the marked loops alone; for filters that choose. The graph
+/// has one term per loop, and none was left out.
+[[nodiscard]] Expected<FilterResult> finish_with(const std::vector<bool>& chosen, WeightedGraph* graph);
 
 }  // namespace loopsift::tool
