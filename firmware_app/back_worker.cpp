@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "core/base/steady_time.hpp"
+#include "core/pipeline/results.hpp"
 
 namespace loopsift {
 namespace {
@@ -103,16 +104,20 @@ void BackWorker::process(std::size_t fragment) {
 void BackWorker::announce(bool changed, std::int64_t deciding_since_ns) {
   loops_accepted_ = static_cast<std::int64_t>(back_end_.sifter().accepted().size());
   publish_decisions(newest_timestamp_ns_);
+  publish_graph(epoch_ + (changed ? 1 : 0));
   if (!changed) return;
-  const std::vector<Se3> poses = back_end_.T_map_fragment();
   scratch_.epoch = ++epoch_;
   scratch_.frame_decided = back_end_.sifter().newest_frame();
   scratch_.T_map_odom = back_end_.T_map_odom();
-  scratch_.fragment_count =
-      static_cast<std::int32_t>(std::min(poses.size(), CorrectionRecord::kMaxFragments));
-  std::copy_n(poses.begin(), scratch_.fragment_count, scratch_.T_map_fragment.begin());
   undelivered_ = !corrections_.try_push(scratch_);
   correction_times_.record_ns(steady_now_ns() - deciding_since_ns);
+}
+
+void BackWorker::publish_graph(std::int32_t epoch) {
+  if (!publisher_.running() || back_end_.fragment_count() == 0) return;
+  const Span<const Fragment> fragments = store_.fragments();
+  const std::vector<Se3> poses = map_poses(back_end_, fragments);
+  publisher_.publish(back_end_.sifter().graph(), fragments, poses, newest_timestamp_ns_, epoch);
 }
 
 void BackWorker::publish_decisions(std::int64_t timestamp_ns) {

@@ -54,6 +54,7 @@ class BackWorker {
   void run();
   void process(std::size_t fragment);
   void announce(bool changed, std::int64_t deciding_since_ns);
+  void publish_graph(std::int32_t epoch);
   void publish_decisions(std::int64_t timestamp_ns);
 
   BackEnd& back_end_;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the front and back threads hand to the publisher: fixed-size values in camera axes (x right, y down, z
-// forward), copied through a ring. Never allocates.
+// What the other threads hand to the publisher, and what it hands to them: fixed-size values in camera axes
+// (x right, y down, z forward), copied through a ring. Never allocates.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -10,28 +10,28 @@
 
 namespace loopsift {
 
-/// The newest pose. Goes out as POSE_ODOM and POSE.
+/// The newest pose. Goes out as POSE_ODOM, POSE and LOOPSIFT_POSE.
 struct PoseRecord {
   std::int64_t timestamp_ns = 0;  ///< of the depth image
   Se3 T_odom_camera;
-  Se3 T_map_odom;  ///< of the correction that is in force
+  Se3 T_map_odom;          ///< of the correction that is in force
+  std::int32_t epoch = 0;  ///< of that correction
+  Matrix6d information =
+      Matrix6d::Zero();  ///< of the motion since the pose before, as in TrackingResult; zero: unknown
 };
 
 /// A correction that was just applied. Goes out as LOOPSIFT_CORRECTION and LOOPSIFT_UPDATE.
 struct CorrectionRecord {
-  static constexpr std::size_t kMaxFragments = 1024;  ///< keeps the message below 60 kB
-
   std::int64_t timestamp_ns = 0;    ///< of the newest frame when it was applied
   std::int32_t epoch = 0;           ///< from 1; 0 is the uncorrected start
   std::int32_t frame_decided = -1;  ///< newest frame when the map was solved
   Se3 T_odom_camera;                ///< newest pose, by which the jump is measured
   Se3 T_map_odom;
   Se3 T_map_odom_before;
-  Matrix6d covariance =
-      Matrix6d::Constant(std::numeric_limits<double>::quiet_NaN());  ///< of T_map_camera, (t, ω), perturbed
-                                                                     ///< on the right; NaN: not known
-  std::int32_t fragment_count = 0;                                   ///< at most kMaxFragments
-  std::array<Se3, kMaxFragments> T_map_fragment;                     ///< the first fragment_count are valid
+  std::int64_t covariance_timestamp_ns = 0;  ///< of the pose that covariance is of
+  Matrix6d covariance = Matrix6d::Constant(
+      std::numeric_limits<double>::quiet_NaN());  ///< of T_map_camera at that time, (t, ω),
+                                                  ///< perturbed on the right; NaN: not known
 };
 
 /// As the constants of loopsift.loop_t.
@@ -52,5 +52,28 @@ struct LoopRecord {
   std::array<char, 64> reason{};  ///< zero-terminated, cut to fit
   std::int32_t frame_decided = -1;
 };
+
+/// As the constants of loopsift.command_t.
+enum class CommandKind : std::int8_t { kSave = 1, kPause = 2, kResume = 3, kResend = 4, kFinish = 5 };
+
+/// Who wants what: enough to answer.
+struct Command {
+  std::int64_t sender = 0;
+  std::int32_t number = 0;
+  CommandKind kind = CommandKind::kResume;
+};
+
+/// As the constants of loopsift.ack_t.
+enum class AckStatus : std::int8_t { kDone = 0, kStarted = 1, kRefused = 2 };
+
+/// The answer to a command. Goes out as LOOPSIFT_ACK.
+struct AckRecord {
+  Command command;
+  AckStatus status = AckStatus::kDone;
+  std::array<char, 128> message{};  ///< zero-terminated, cut to fit
+};
+
+/// With a message that is cut to fit.
+[[nodiscard]] AckRecord answer(const Command& command, AckStatus status, const char* message);
 
 }  // namespace loopsift

@@ -41,11 +41,20 @@ FrameQueueOptions queue_options(const Settings& settings) {
   return options;
 }
 
+GraphLimits graph_limits(const Settings& settings) {
+  constexpr int kEdgesPerNode = 3;  // one of the odometry, the rest of loops
+  GraphLimits limits;
+  limits.max_fragments = settings.store.max_fragments;
+  limits.max_nodes = limits.max_fragments * settings.back_end.keyframes_per_fragment;
+  limits.max_edges = limits.max_nodes * kEdgesPerNode;
+  return limits;
+}
+
 /// Everything that lives in the arena, made once to measure and once for the run.
 struct Parts {
   Parts(const Settings& settings, FrameSource& source, Arena& arena)
       : queue(source, queue_options(settings), arena),
-        publisher(settings.lcm, arena),
+        publisher(settings.lcm, arena, graph_limits(settings)),
         store(settings.store, arena),
         front_end(source.info().camera, source.info().depth_unit_m, settings.front_end, &store, arena),
         back_end(settings.back_end, arena),
@@ -163,7 +172,8 @@ class FrontLoop {
     } else {
       ++poses_refused_;
     }
-    (void)parts_.publisher.publish(PoseRecord{result.timestamp_ns, T_odom_camera_, T_map_odom_});
+    (void)parts_.publisher.publish(
+        PoseRecord{result.timestamp_ns, T_odom_camera_, T_map_odom_, epoch_, result.tracking.information});
   }
 
   void hand_over(std::int64_t timestamp_ns) {
@@ -184,6 +194,7 @@ class FrontLoop {
       correction_.T_odom_camera = T_odom_camera_;
       correction_.T_map_odom_before = T_map_odom_;
       T_map_odom_ = correction_.T_map_odom;
+      epoch_ = correction_.epoch;
       (void)parts_.publisher.publish(correction_);
     }
   }
@@ -211,6 +222,7 @@ class FrontLoop {
   ProgressState state_;
   CorrectionRecord correction_;
   Se3 T_odom_camera_, T_map_odom_;
+  std::int32_t epoch_ = 0;  // of the correction that T_map_odom_ is
   std::int64_t first_timestamp_ns_ = 0, last_timestamp_ns_ = 0;
   std::size_t pose_count_ = 0;
   std::int64_t poses_refused_ = 0;
@@ -289,7 +301,7 @@ std::optional<Failure> run(const Settings& settings, const std::atomic<bool>& st
 
   Arena arena(budget.total_bytes());
   Parts parts(settings, **source, arena);
-  if (const Status started = parts.publisher.start(); !started.ok())
+  if (const Status started = parts.publisher.start(&parts.store); !started.ok())
     spdlog::warn("{}", started.error().message);
 
   RunFigures figures;

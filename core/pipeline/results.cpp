@@ -46,16 +46,15 @@ Status write_loops_csv(const std::string& path, const std::vector<SiftedLoop>& r
   return {};
 }
 
-// Fragments that sifting left out follow the last one that it holds.
-std::vector<Se3> poses_of_all(const BackEnd& back_end, Span<const Fragment> fragments) {
+}  // namespace
+
+std::vector<Se3> map_poses(const BackEnd& back_end, Span<const Fragment> fragments) {
   std::vector<Se3> poses = back_end.T_map_fragment();
   for (std::size_t f = poses.size(); f < fragments.size(); ++f) {
     poses.push_back(back_end.T_map_odom() * fragments[f].T_odom_fragment);
   }
   return poses;
 }
-
-}  // namespace
 
 Status write_results(const std::string& out, const BackEnd& back_end, Span<const OdometryPose> frames,
                      Span<const Fragment> fragments) {
@@ -72,7 +71,7 @@ Status write_results(const std::string& out, const BackEnd& back_end, Span<const
   note(write_loops(out + "/accepted", sifter.accepted(), count));
   note(write_loops_csv(out + "/loops.csv", sifter.records()));
   note(write_g2o(out + "/posegraph.g2o", sifter.graph()));
-  const std::vector<Se3> poses = poses_of_all(back_end, fragments);
+  const std::vector<Se3> poses = map_poses(back_end, fragments);
   note(write_surfel_ply(out + "/map.ply", fragments, poses));
   return first;
 }

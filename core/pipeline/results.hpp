@@ -2,6 +2,7 @@
 // The files that a run leaves (but run.json, which the program writes). Thread: main, at the end. Allocates.
 #pragma once
 #include <string>
+#include <vector>
 
 #include "core/base/result.hpp"
 #include "core/base/span.hpp"
@@ -9,6 +10,10 @@
 #include "core/pipeline/corrected_trajectory.hpp"
 
 namespace loopsift {
+
+/// Pose of each of the store's fragments in the best map. Those that the back end does not hold (yet) follow
+/// the last one that it does.
+[[nodiscard]] std::vector<Se3> map_poses(const BackEnd& back_end, Span<const Fragment> fragments);
 
 /// Writes into folder `out` (which exists): trajectory_odometry.txt, trajectory.txt, proposals.log/.info,
 /// accepted.log/.info, loops.csv, posegraph.g2o, map.ply. `fragments` are those of the store. The first

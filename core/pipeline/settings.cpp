@@ -60,13 +60,19 @@ OptionSection replay_section(ReplaySettings& s) {
 }
 
 OptionSection lcm_section(LcmSettings& s) {
-  return {"lcm",
-          "Where poses and corrections are published.",
-          {
-              {"enabled", &s.enabled, "publish at all"},
-              {"url", &s.url, "LCM provider; ttl=0 stays on this computer"},
-              {"prefix", &s.prefix, "put before every channel name"},
-          }};
+  return {
+      "lcm",
+      "Where poses and corrections are published.",
+      {
+          {"enabled", &s.enabled, "publish at all"},
+          {"url", &s.url, "LCM provider; ttl=0 stays on this computer"},
+          {"prefix", &s.prefix, "put before every channel name"},
+          {"map_rate_mib_s", &s.map_rate_mib_s, "at most, for the map's surfels and graph", {0.01, 10000}},
+          {"max_command_age_s",
+           &s.max_command_age_s,
+           "commands whose time is farther from this host's clock are refused; 0: any time will do",
+           {0, 1e6}},
+      }};
 }
 
 OptionSection memory_section(MemorySettings& s) {
@@ -74,6 +80,43 @@ OptionSection memory_section(MemorySettings& s) {
           "Memory is fixed before the first frame; --print-budget shows what it is used for.",
           {
               {"cap_mib", &s.cap_mib, "refuse to start when the budget is larger", {1, 1 << 20}},
+              {"back_heap_mib",
+               &s.back_heap_mib,
+               "of the heap for registration, solves and lists of loops; what needs more is refused",
+               {4, 1 << 20}},
+          }};
+}
+
+OptionSection threads_section(ThreadSettings& s) {
+  constexpr OptionRange kPriority{0, 98}, kCore{-1, 4095};
+  return {"threads",
+          "How the threads run. Without the rights for it: normal scheduling, and a warning.",
+          {
+              {"realtime", &s.realtime, "SCHED_FIFO, from cameras and at rate realtime"},
+              {"lock_memory", &s.lock_memory, "no page of the program is ever swapped out"},
+              {"capture_priority", &s.capture_priority, "of SCHED_FIFO; 0: normal scheduling", kPriority},
+              {"front_priority", &s.front_priority, "tracking and fusion", kPriority},
+              {"publish_priority", &s.publish_priority, "messages", kPriority},
+              {"capture_core", &s.capture_core, "the only processor it runs on; -1: any", kCore},
+              {"front_core", &s.front_core, "the same of tracking and fusion", kCore},
+              {"back_core", &s.back_core, "the same of loops and sifting", kCore},
+              {"publish_core", &s.publish_core, "the same of messages", kCore},
+          }};
+}
+
+OptionSection watchdog_section(WatchdogSettings& s) {
+  constexpr OptionRange kMilliseconds{0.1, 1e6}, kSeconds{0.1, 1e5};
+  return {"watchdog",
+          "When a thread is late (counted), and when it hangs.",
+          {
+              {"capture_deadline_ms", &s.capture_deadline_ms, "waiting for one frame", kMilliseconds},
+              {"front_deadline_ms", &s.front_deadline_ms, "tracking and fusing one frame", kMilliseconds},
+              {"publish_deadline_ms", &s.publish_deadline_ms, "sending what has come up", kMilliseconds},
+              {"back_deadline_ms", &s.back_deadline_ms, "loops of one new piece of the map", kMilliseconds},
+              {"front_hung_s", &s.front_hung_s, "then the service manager may restart the program", kSeconds},
+              {"back_hung_s", &s.back_hung_s, "then no further loops are looked for", kSeconds},
+              {"no_source_s", &s.no_source_s, "without a frame: no source", kSeconds},
+              {"stop_s", &s.stop_s, "that a stop by signal waits for loops in work", kSeconds},
           }};
 }
 
@@ -87,7 +130,9 @@ OptionTable bind(Settings& s) {
   append(front_end_sections(s.front_end, s.trajectory_odometry), &table);
   append({store_section(s.store)}, &table);
   append(back_end_sections(s.back_end), &table);
-  append({lcm_section(s.lcm), memory_section(s.memory)}, &table);
+  append({lcm_section(s.lcm), memory_section(s.memory), threads_section(s.threads),
+          watchdog_section(s.watchdog)},
+         &table);
   return table;
 }
 

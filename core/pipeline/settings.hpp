@@ -46,11 +46,39 @@ struct ReplaySettings {
 struct LcmSettings {
   bool enabled = true;
   std::string url = "udpm://239.255.76.67:7667?ttl=0";
-  std::string prefix;  ///< put before every channel name
+  std::string prefix;             ///< put before every channel name
+  double map_rate_mib_s = 16;     ///< at most, for the map's chunks
+  double max_command_age_s = 10;  ///< how far a command's time may be from this host's clock; 0: any
 };
 
 struct MemorySettings {
   int cap_mib = 256;
+  int back_heap_mib = 24;  ///< what the back thread may hold of the heap: registration, solves, its lists
+};
+
+/// How the threads run. Priorities are SCHED_FIFO's, 0 is normal scheduling; a core of −1 is any.
+struct ThreadSettings {
+  bool realtime = true;     ///< ask for SCHED_FIFO; only for live sources and at rate realtime
+  bool lock_memory = true;  ///< keep all pages in memory
+  int capture_priority = 30;
+  int front_priority = 20;
+  int publish_priority = 10;
+  int capture_core = -1;
+  int front_core = -1;
+  int back_core = -1;
+  int publish_core = -1;
+};
+
+/// When a thread is late, and when it is given up.
+struct WatchdogSettings {
+  double capture_deadline_ms = 100;  ///< from asking the source for a frame to having it
+  double front_deadline_ms = 33;     ///< one frame
+  double publish_deadline_ms = 33;   ///< all messages of one wake-up
+  double back_deadline_ms = 5000;    ///< one new piece of the map
+  double front_hung_s = 10;          ///< one frame; past it the service manager gets no sign of life
+  double back_hung_s = 120;          ///< one new piece; past it the back thread is disabled
+  double no_source_s = 2;            ///< without a frame
+  double stop_s = 1.2;               ///< that a stop by signal waits for the back thread
 };
 
 struct Settings {
@@ -63,6 +91,8 @@ struct Settings {
   BackEndOptions back_end;
   LcmSettings lcm;
   MemorySettings memory;
+  ThreadSettings threads;
+  WatchdogSettings watchdog;
 };
 
 /// Defaults, then the file (path may be empty), then the assignments `section.key=value` in order. An Error

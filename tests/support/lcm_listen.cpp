@@ -39,9 +39,7 @@ bool makes_sense(const bot_core::pose_t& m) { return is_transform(m.pos, m.orien
 bool makes_sense(const bot_frames::update_t& m) { return is_transform(m.trans, m.quat) && !m.frame.empty(); }
 bool makes_sense(const loopsift::loop_t& m) { return is_transform(m.T_i_j.trans, m.T_i_j.quat) && m.id >= 0; }
 bool makes_sense(const loopsift::correction_t& m) {
-  bool good = is_transform(m.T_map_odom.trans, m.T_map_odom.quat) && m.epoch > 0;
-  for (const auto& T : m.T_map_fragment) good = good && is_transform(T.trans, T.quat);
-  return good;
+  return is_transform(m.T_map_odom.trans, m.T_map_odom.quat) && m.epoch > 0;
 }
 
 /// Decodes; false when that fails or the content is nonsense.

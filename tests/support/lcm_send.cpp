@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The publisher alone as a process of its own: lcm_send URL sends 60 poses at 200 Hz, after each tenth a
-// correction of a full map, and 30 loop decisions.
+// correction, and 30 loop decisions.
 #include <chrono>
 #include <cstdio>
 #include <memory>
@@ -25,7 +25,6 @@ int main(int argc, char** argv) {
     return 1;
   }
   const auto correction = std::make_unique<CorrectionRecord>();
-  correction->fragment_count = static_cast<std::int32_t>(CorrectionRecord::kMaxFragments);
   bool queued = true;
   for (int i = 1; i <= 60; ++i) {
     const std::int64_t now_ns = std::int64_t{i} * 5'000'000;

@@ -15,6 +15,8 @@
 #include <cstdio>
 #include <loopsift/correction_t.hpp>
 #include <loopsift/loop_t.hpp>
+#include <loopsift/pose_t.hpp>
+#include <thread>
 
 namespace loopsift {
 namespace {
@@ -91,17 +93,21 @@ TEST_F(PublisherTest, PosesGoOutTwiceInBodyAxesWithVelocity) {
   motion << 0, 0, 0.1, 0, -0.02, 0;
   record.timestamp_ns += 100'000'000;
   record.T_odom_camera = Se3::exp(motion);
+  record.epoch = 4;
+  record.information = Matrix6d::Identity() * 100;
+  record.information(2, 2) = 25;
   ASSERT_TRUE(publisher.publish(record));
   publisher.stop();
 
   const std::vector<Event> events = read_after_start(path_);
-  ASSERT_EQ(events.size(), 4U);
-  EXPECT_EQ(events[2].channel, "R2_POSE_ODOM");
-  EXPECT_EQ(events[3].channel, "R2_POSE");
+  ASSERT_EQ(events.size(), 6U);
+  EXPECT_EQ(events[3].channel, "R2_POSE_ODOM");
+  EXPECT_EQ(events[4].channel, "R2_POSE");
+  EXPECT_EQ(events[5].channel, "R2_LOOPSIFT_POSE");
   const auto first = decode<bot_core::pose_t>(events[0]);
   EXPECT_EQ(first.utime, 5'000'000);
   EXPECT_EQ(first.vel[0], 0);
-  const auto odom = decode<bot_core::pose_t>(events[2]);
+  const auto odom = decode<bot_core::pose_t>(events[3]);
   EXPECT_EQ(odom.utime, 5'100'000);
   EXPECT_NEAR(odom.pos[0], 0.1, 1e-4);
   EXPECT_NEAR(odom.pos[1], 0.001, 1e-4);  // the arc bends left
@@ -111,15 +117,23 @@ TEST_F(PublisherTest, PosesGoOutTwiceInBodyAxesWithVelocity) {
   EXPECT_NEAR(odom.vel[0], 1.0, 1e-9);
   EXPECT_NEAR(odom.vel[1], 0.0, 1e-9);
   EXPECT_NEAR(odom.rotation_rate[2], 0.2, 1e-9);
-  const auto corrected = decode<bot_core::pose_t>(events[3]);
+  const auto corrected = decode<bot_core::pose_t>(events[4]);
   EXPECT_NEAR(corrected.pos[0], odom.pos[0], 1e-12);
   EXPECT_NEAR(corrected.pos[2], 2.0, 1e-12);
   EXPECT_NEAR(corrected.vel[0], 1.0, 1e-9);
+  const auto full = decode<pose_t>(events[5]);
+  EXPECT_EQ(full.utime, 5'100'000);
+  EXPECT_EQ(full.epoch, 4);
+  EXPECT_GT(full.run, 0);
+  EXPECT_NEAR(full.T_odom_body.trans[0], odom.pos[0], 1e-12);
+  EXPECT_NEAR(full.T_map_body.trans[2], 2.0, 1e-12);
+  EXPECT_NEAR(full.covariance[0 * 6 + 0], 0.04, 1e-12);  // along the camera's z
+  EXPECT_NEAR(full.covariance[1 * 6 + 1], 0.01, 1e-12);
   EXPECT_EQ(publisher.sent(Channel::kPose), 2);
   EXPECT_EQ(publisher.failed(), 0);
 }
 
-TEST_F(PublisherTest, ACorrectionCarriesJumpCovarianceAndFragmentsAndComesBeforeItsPose) {
+TEST_F(PublisherTest, ACorrectionCarriesJumpAndCovarianceAndComesBeforeItsPose) {
   Arena arena(bytes_);
   Publisher publisher(settings_, arena);
   ASSERT_TRUE(publisher.start().ok());
@@ -129,23 +143,25 @@ TEST_F(PublisherTest, ACorrectionCarriesJumpCovarianceAndFragmentsAndComesBefore
   record->frame_decided = 210;
   record->T_odom_camera = Se3(Eigen::Matrix3d::Identity(), {0, 0, 10});
   record->T_map_odom = Se3(Eigen::AngleAxisd(-0.1, Eigen::Vector3d::UnitY()).toRotationMatrix(), {0, 0, 0});
+  record->covariance_timestamp_ns = 7'000'000'000;
   record->covariance = Matrix6d::Zero();
   record->covariance(2, 2) = 4;  // along the camera's z, the body's X
   record->covariance(2, 3) = record->covariance(3, 2) = 0.5;
-  record->fragment_count = static_cast<std::int32_t>(CorrectionRecord::kMaxFragments);
-  for (std::size_t f = 0; f < CorrectionRecord::kMaxFragments; ++f)
-    record->T_map_fragment[f] = Se3(Eigen::Matrix3d::Identity(), {0, 0, static_cast<double>(f)});
+  PoseRecord pose;
+  pose.timestamp_ns = 7'000'000'000;
+  pose.T_odom_camera = record->T_odom_camera;
+  ASSERT_TRUE(publisher.publish(pose));
+  while (publisher.sent(Channel::kFullPose) == 0) std::this_thread::yield();
   ASSERT_TRUE(publisher.publish(*record));
-  ASSERT_TRUE(publisher.publish(PoseRecord{}));
+  ASSERT_TRUE(publisher.publish(pose));
   publisher.stop();
 
   const std::vector<Event> events = read_after_start(path_);
-  ASSERT_EQ(events.size(), 4U);
-  EXPECT_EQ(events[0].channel, "R2_LOOPSIFT_CORRECTION");
-  EXPECT_EQ(events[1].channel, "R2_LOOPSIFT_UPDATE");
-  EXPECT_EQ(events[2].channel, "R2_POSE_ODOM");
-  EXPECT_LT(events[0].data.size(), 60'000U);
-  const auto correction = decode<correction_t>(events[0]);
+  ASSERT_EQ(events.size(), 8U);
+  EXPECT_EQ(events[3].channel, "R2_LOOPSIFT_CORRECTION");
+  EXPECT_EQ(events[4].channel, "R2_LOOPSIFT_UPDATE");
+  EXPECT_EQ(events[5].channel, "R2_POSE_ODOM");
+  const auto correction = decode<correction_t>(events[3]);
   EXPECT_EQ(correction.utime, 7'000'000);
   EXPECT_EQ(correction.epoch, 3);
   EXPECT_EQ(correction.frame_decided, 210);
@@ -155,9 +171,7 @@ TEST_F(PublisherTest, ACorrectionCarriesJumpCovarianceAndFragmentsAndComesBefore
   EXPECT_NEAR(correction.T_map_odom.quat[3], std::sin(0.05), 1e-12);
   EXPECT_NEAR(correction.covariance[0], 4, 1e-12);
   EXPECT_NEAR(correction.covariance[0 * 6 + 4], -0.5, 1e-12);  // camera x is the body's −Y
-  ASSERT_EQ(correction.n_fragments, 1024);
-  EXPECT_NEAR(correction.T_map_fragment[1023].trans[0], 1023, 1e-12);
-  const auto update = decode<bot_frames::update_t>(events[1]);
+  const auto update = decode<bot_frames::update_t>(events[4]);
   EXPECT_EQ(update.frame, "odom");
   EXPECT_EQ(update.relative_to, "map");
   EXPECT_NEAR(update.quat[3], std::sin(0.05), 1e-12);
@@ -208,7 +222,6 @@ TEST_F(PublisherTest, AFullRingDropsAndCountsAndNeverWaits) {
   Publisher publisher(settings_, arena);
   ASSERT_TRUE(publisher.start().ok());
   auto record = std::make_unique<CorrectionRecord>();
-  record->fragment_count = static_cast<std::int32_t>(CorrectionRecord::kMaxFragments);
   int refused = 0;
   for (int i = 0; i < 100; ++i) refused += publisher.publish(*record) ? 0 : 1;
   close(reader);  // the blocked write fails, and the thread comes to its end
