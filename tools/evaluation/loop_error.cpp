@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "tools/evaluation/loop_error.hpp"
 
+#include <algorithm>
 #include <map>
 #include <set>
 #include <string>
@@ -69,9 +70,9 @@ double loop_error_m2(const Se3& T_gt, const Matrix6d& information, const Se3& T)
   return xi.dot(information * xi) / information(0, 0);
 }
 
-Expected<LoopError> evaluate_loops(const std::vector<LogRecord>& gt, const std::vector<InfoRecord>& gt_info,
-                                   const std::vector<LogRecord>& loops,
-                                   const LoopEvaluationOptions& options) {
+Expected<LoopVerdicts> correct_loops(const std::vector<LogRecord>& gt, const std::vector<InfoRecord>& gt_info,
+                                     const std::vector<LogRecord>& loops,
+                                     const LoopEvaluationOptions& options) {
   const bool same_count = options.fragments <= 0;
   const int labelled_fragments = gt.empty() ? 0 : gt.front().n;
   const int fragments = same_count ? labelled_fragments : options.fragments;
@@ -79,19 +80,33 @@ Expected<LoopError> evaluate_loops(const std::vector<LogRecord>& gt, const std::
   if (!labels.ok()) return labels.error();
   if (const Status checked = check_loops(loops, fragments, same_count); !checked.ok()) return checked.error();
 
-  LoopError error;
-  error.true_loops = static_cast<int>(labels->size());
-  std::set<Pair> found;
+  LoopVerdicts verdicts;
+  verdicts.true_loops = static_cast<int>(labels->size());
   for (const LogRecord& record : loops) {
     const LogRecord loop = ordered(record);
-    if (!is_loop(loop.a, loop.b) || loop.b >= fragments) continue;
-    ++error.loops;
+    const bool counts = is_loop(loop.a, loop.b) && loop.b < fragments;
     const auto label = labels->find({loop.a, loop.b});
-    if (label == labels->end()) continue;
-    if (loop_error_m2(label->second.T_i_j, label->second.information, loop.T) > options.max_error_m2)
-      continue;
+    verdicts.counts.push_back(counts);
+    verdicts.correct.push_back(counts && label != labels->end() &&
+                               loop_error_m2(label->second.T_i_j, label->second.information, loop.T) <=
+                                   options.max_error_m2);
+  }
+  return verdicts;
+}
+
+Expected<LoopError> evaluate_loops(const std::vector<LogRecord>& gt, const std::vector<InfoRecord>& gt_info,
+                                   const std::vector<LogRecord>& loops,
+                                   const LoopEvaluationOptions& options) {
+  const auto verdicts = correct_loops(gt, gt_info, loops, options);
+  if (!verdicts.ok()) return verdicts.error();
+  LoopError error;
+  error.true_loops = verdicts->true_loops;
+  std::set<Pair> found;
+  for (std::size_t k = 0; k < loops.size(); ++k) {
+    error.loops += verdicts->counts[k] ? 1 : 0;
+    if (!verdicts->correct[k]) continue;
     ++error.correct;
-    found.insert(label->first);
+    found.insert(std::minmax(loops[k].a, loops[k].b));
   }
   error.recall = static_cast<double>(found.size()) / error.true_loops;
   if (error.loops > 0) error.precision = static_cast<double>(error.correct) / error.loops;

@@ -35,4 +35,17 @@ struct LoopError {
                                                  const std::vector<LogRecord>& loops,
                                                  const LoopEvaluationOptions& options);
 
+/// Which loops of a list are true, one by one.
+struct LoopVerdicts {
+  int true_loops = 0;         ///< labelled pairs with j − i > 1
+  std::vector<bool> counts;   ///< a loop (j − i > 1) among the fragments looked at
+  std::vector<bool> correct;  ///< and a true one
+};
+
+/// The judgement behind evaluate_loops, with its errors.
+[[nodiscard]] Expected<LoopVerdicts> correct_loops(const std::vector<LogRecord>& gt,
+                                                   const std::vector<InfoRecord>& gt_info,
+                                                   const std::vector<LogRecord>& loops,
+                                                   const LoopEvaluationOptions& options);
+
 }  // namespace loopsift

@@ -41,16 +41,6 @@ bool shrink_to_triangle(RTCPointQueryFunctionArguments* arguments) {
   return true;
 }
 
-Status check_mesh(Span<const Eigen::Vector3f> vertices, Span<const Eigen::Vector3i> triangles) {
-  if (triangles.empty()) return Error{ErrorCode::kUsage, "the ground-truth mesh has no triangle"};
-  const auto count = static_cast<int>(vertices.size());
-  for (std::size_t t = 0; t < triangles.size(); ++t)
-    if (triangles[t].minCoeff() < 0 || triangles[t].maxCoeff() >= count)
-      return Error{ErrorCode::kFormat, "triangle " + std::to_string(t) +
-                                           " of the mesh names a vertex past its " + std::to_string(count)};
-  return {};
-}
-
 Scene build_scene(RTCDevice device, Span<const Eigen::Vector3f> vertices,
                   Span<const Eigen::Vector3i> triangles) {
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
@@ -84,6 +74,16 @@ double percentile(const std::vector<float>& sorted, double fraction) {
 }
 
 }  // namespace
+
+Status check_mesh(Span<const Eigen::Vector3f> vertices, Span<const Eigen::Vector3i> triangles) {
+  if (triangles.empty()) return Error{ErrorCode::kUsage, "the ground-truth mesh has no triangle"};
+  const auto count = static_cast<int>(vertices.size());
+  for (std::size_t t = 0; t < triangles.size(); ++t)
+    if (triangles[t].minCoeff() < 0 || triangles[t].maxCoeff() >= count)
+      return Error{ErrorCode::kFormat, "triangle " + std::to_string(t) +
+                                           " of the mesh names a vertex past its " + std::to_string(count)};
+  return {};
+}
 
 Eigen::Vector3f closest_point_on_triangle(const Eigen::Vector3f& p, const Eigen::Vector3f& a,
                                           const Eigen::Vector3f& b, const Eigen::Vector3f& c) {

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include <CLI/CLI.hpp>
+#include <cstdio>
 #include <memory>
+#include <optional>
 #include <string>
 
-#include "tools/evaluation/loop_error.hpp"
+#include "tools/evaluation/loop_ranking.hpp"
 #include "tools/loopsift_tool/command_support.hpp"
 #include "tools/loopsift_tool/commands.hpp"
 
@@ -11,25 +13,77 @@ namespace loopsift::tool {
 namespace {
 
 struct EvalLoopsOptions {
-  std::string gt, gt_info, loops, json;
+  std::string gt, gt_info, loops, ranking, json;
   LoopEvaluationOptions evaluation;
 };
 
-int eval_loops(const EvalLoopsOptions& options) {
+nlohmann::ordered_json curve_json(const Ranking& ranking) {
+  auto curve = nlohmann::ordered_json::array();
+  for (const RankingPoint& p : ranking.points)
+    curve.push_back({{"rank", p.loop.rank},
+                     {"id", p.loop.id},
+                     {"fragment_i", p.loop.fragment_i},
+                     {"fragment_j", p.loop.fragment_j},
+                     {"correct", p.correct},
+                     {"accepted", p.loop.accepted},
+                     {"recall", p.recall},
+                     {"precision", p.precision}});
+  return curve;
+}
+
+/// Every accepted loop, every false one, and the last of the list.
+void print_curve(const Ranking& ranking) {
+  std::printf("\n%6s  %11s  %-8s %-9s %8s %10s\n", "rank", "fragments", "", "", "recall", "precision");
+  for (const RankingPoint& p : ranking.points) {
+    if (!p.loop.accepted && p.correct && &p != &ranking.points.back()) continue;
+    std::printf("%6d  %5d %5d  %-8s %-9s %8.4f %10.4f\n", p.loop.rank, p.loop.fragment_i, p.loop.fragment_j,
+                p.correct ? "true" : "false", p.loop.accepted ? "accepted" : "", p.recall, p.precision);
+  }
+}
+
+struct Judged {
+  LoopError error;
+  std::optional<Ranking> ranking;
+};
+
+Expected<Judged> judge(const EvalLoopsOptions& options) {
   const auto gt = read_log(options.gt);
-  if (!gt.ok()) return fail(gt.error());
+  if (!gt.ok()) return gt.error();
   const auto gt_info = read_info(options.gt_info);
-  if (!gt_info.ok()) return fail(gt_info.error());
+  if (!gt_info.ok()) return gt_info.error();
   const auto loops = read_log(options.loops);
-  if (!loops.ok()) return fail(loops.error());
+  if (!loops.ok()) return loops.error();
   const auto error = evaluate_loops(*gt, *gt_info, *loops, options.evaluation);
-  if (!error.ok()) return fail(error.error());
-  return show_figures({{"recall", "recall", error->recall, ""},
-                       {"precision", "precision", error->precision, ""},
-                       {"true loops", "true_loops", error->true_loops, ""},
-                       {"loops", "loops", error->loops, ""},
-                       {"  correct", "correct", error->correct, ""}},
-                      options.json);
+  if (!error.ok()) return error.error();
+  Judged judged{*error, {}};
+  if (options.ranking.empty()) return judged;
+  const auto ranked = read_ranked_loops(options.ranking);
+  if (!ranked.ok()) return ranked.error();
+  auto ranking = rank_loops(*gt, *gt_info, *loops, *ranked, options.evaluation);
+  if (!ranking.ok()) return ranking.error();
+  judged.ranking = std::move(*ranking);
+  return judged;
+}
+
+int eval_loops(const EvalLoopsOptions& options) {
+  const auto judged = judge(options);
+  if (!judged.ok()) return fail(judged.error());
+  const LoopError& error = judged->error;
+  std::vector<Figure> figures = {{"recall", "recall", error.recall, ""},
+                                 {"precision", "precision", error.precision, ""},
+                                 {"true loops", "true_loops", error.true_loops, ""},
+                                 {"loops", "loops", error.loops, ""},
+                                 {"  correct", "correct", error.correct, ""}};
+  if (!judged->ranking) return show_figures(figures, options.json);
+  figures.push_back(
+      {"average precision of the ranking", "average_precision", judged->ranking->average_precision, ""});
+  if (const int exit_code = show_figures(figures, ""); exit_code != kExitDone) return exit_code;
+  print_curve(*judged->ranking);
+  nlohmann::ordered_json json;
+  for (const Figure& figure : figures) json[figure.key] = figure.value;
+  json["curve"] = curve_json(*judged->ranking);
+  const Status written = write_json(options.json, json);
+  return written.ok() ? kExitDone : fail(written.error());
 }
 
 }  // namespace
@@ -41,6 +95,10 @@ void add_eval_loops_command(CLI::App& app, int* exit_code) {
   command->add_option("--gt", options->gt, "true transforms, redwood .log")->required();
   command->add_option("--gt-info", options->gt_info, "their information matrices, redwood .info")->required();
   command->add_option("--loops", options->loops, "the loops, redwood .log")->required();
+  command->add_option(
+      "--ranking", options->ranking,
+      "the loops.csv of the run whose proposals.log is --loops: precision and recall along its "
+      "ranking, too");
   command
       ->add_option(
           "--fragments", options->evaluation.fragments,

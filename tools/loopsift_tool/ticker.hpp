@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Progress of a long computation for a person: one line, redrawn, on a terminal; nothing elsewhere. One
-// thread.
+// Progress of a long computation for a person: one line with the time left, redrawn, on a terminal; nothing
+// elsewhere. One thread.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -21,6 +21,7 @@ class Ticker {
  private:
   std::string activity_;
   bool is_terminal_;
+  std::int64_t started_ns_;
   std::int64_t drawn_ns_ = 0;
 };
 

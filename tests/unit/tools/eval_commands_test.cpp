@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -141,6 +142,75 @@ TEST_F(EvalCommandsTest, LoopsWritesItsKeysAndRefusesAnotherFragmentCount) {
   EXPECT_THAT(other.err, HasSubstr("9 fragments"));
 }
 
+TEST_F(EvalCommandsTest, LoopsShowsPrecisionAlongTheRanking) {
+  const std::vector<LogRecord> gt = {{0, 2, 6, Se3()}, {1, 5, 6, Se3()}};
+  const Se3 off(Eigen::Matrix3d::Identity(), {3, 0, 0});
+  ASSERT_TRUE(write_log(path("gt.log"), gt).ok());
+  ASSERT_TRUE(
+      write_info(path("gt.info"), {{0, 2, 6, Matrix6d::Identity()}, {1, 5, 6, Matrix6d::Identity()}}).ok());
+  ASSERT_TRUE(write_log(path("proposals.log"), {gt[0], {1, 5, 6, off}}).ok());
+  const std::string header =
+      "id,fragment_i,fragment_j,single_dmp,rank,tested_dmp,best_dmp_before,decision,reason,f\n";
+  const std::string csv =
+      write("loops.csv", header + "0,0,2,1,1,1,1,accepted,x,1\n1,1,5,1,0,1,1,rejected,x,1\n");
+  const std::vector<std::string> line = {"eval-loops",
+                                         "--gt",
+                                         path("gt.log"),
+                                         "--gt-info",
+                                         path("gt.info"),
+                                         "--loops",
+                                         path("proposals.log"),
+                                         "--ranking",
+                                         csv,
+                                         "--json",
+                                         path("out.json")};
+  const Outcome outcome = run(line);
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  ASSERT_EQ(json().at("curve").size(), 2U);
+  EXPECT_EQ(json().at("curve")[0].at("correct"), false);
+  EXPECT_EQ(json().at("curve")[1].at("precision"), 0.5);
+  EXPECT_EQ(json().at("curve")[1].at("accepted"), true);
+  EXPECT_EQ(json().at("average_precision"), 0.25);
+  EXPECT_THAT(outcome.out, HasSubstr("accepted"));
+
+  write("loops.csv", header + "5,0,2,1,1,1,1,accepted,x,1\n");
+  EXPECT_EQ(run(line).exit_code, 2);
+}
+
+TEST_F(EvalCommandsTest, TrajectoryTakesKittiAndEurocAndSaysWhatIsWrong) {
+  const std::string gt = write_walk("gt.txt", 0);
+  std::string kitti, euroc = "#timestamp [ns],p,p,p,q,q,q,q\n";
+  const auto walk = read_trajectory(gt);
+  ASSERT_TRUE(walk.ok());
+  for (const StampedPose& pose : walk->poses) {
+    const Eigen::Vector3d& t = pose.T_world_camera.translation();
+    const auto text = [](double v) { return std::to_string(v); };
+    kitti += "1 0 0 " + text(t.x()) + " 0 1 0 " + text(t.y()) + " 0 0 1 0\n";
+    euroc += std::to_string(std::llround(pose.time_s * 1e9)) + "," + text(t.x()) + "," + text(t.y()) +
+             ",0,1,0,0,0\n";
+  }
+  const std::string as_kitti = write("kitti.txt", kitti), as_euroc = write("data.csv", euroc);
+  for (const auto& line : {std::vector<std::string>{"--est", as_euroc}, {"--est", as_kitti, "--by-index"}}) {
+    std::vector<std::string> all = {"eval-trajectory", "--gt", gt, "--json", path("out.json")};
+    all.insert(all.end(), line.begin(), line.end());
+    const Outcome outcome = run(all);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_NEAR(json().at("ate_rmse_m"), 0, 1e-6);
+    EXPECT_EQ(json().at("pairs"), 41);
+  }
+  const Outcome wrong = run({"eval-trajectory", "--gt", gt, "--est", as_euroc, "--format", "kitti"});
+  EXPECT_EQ(wrong.exit_code, 2);
+  EXPECT_THAT(wrong.err, HasSubstr("12 numbers"));
+  EXPECT_THAT(run({"eval-trajectory", "--gt", gt, "--est", gt, "--format", "bag"}).err,
+              HasSubstr("known are tum"));
+  const Outcome two = run({"eval-trajectory", "--gt", gt, "--est", write_walk("two.txt", 0, 2)});
+  EXPECT_EQ(two.exit_code, 2);
+  EXPECT_THAT(two.err, HasSubstr("only 2 poses in common"));
+  const Outcome late = run({"eval-trajectory", "--gt", gt, "--est", write_walk("late.txt", 500)});
+  EXPECT_EQ(late.exit_code, 2);
+  EXPECT_THAT(late.err, HasSubstr("no time in common"));
+}
+
 TEST_F(EvalCommandsTest, SurfaceAlignsTheTrajectoriesFirst) {
   // A floor at z = 0 in the true world; the estimate's world is the true one moved by (5, 6, 7).
   const std::string mesh = write("floor.obj", "v -9 -9 0\nv 9 -9 0\nv 9 9 0\nv -9 9 0\nf 1 2 3\nf 1 3 4\n");
@@ -161,6 +231,9 @@ TEST_F(EvalCommandsTest, SurfaceAlignsTheTrajectoriesFirst) {
   EXPECT_NEAR(json().at("median_m"), 0.1, 1e-5);
   EXPECT_NEAR(json().at("p95_m"), 0.5, 1e-5);
   EXPECT_EQ(json().at("points"), 2);
+
+  EXPECT_LT(json().at("completeness"), 0.01) << "two points on 324 square metres";
+  EXPECT_EQ(json().at("completeness_within_m"), 0.05);
 
   const std::string empty =
       write("empty.ply", std::string(header).replace(header.find("vertex 2"), 8, "vertex 0"));
