@@ -6,6 +6,9 @@
 namespace loopsift {
 namespace {
 
+constexpr double kKeyframeM = 0.3, kKeyframeRad = 0.35;  // from the keyframe to the camera
+constexpr float kKeyframeOverlap = 0.6F;                 // of its points in sight
+
 std::int64_t now_ns() {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(
              std::chrono::steady_clock::now().time_since_epoch())
@@ -29,13 +32,15 @@ FrontEnd::FrontEnd(const PinholeCamera& camera, double depth_unit_m, const Front
       preprocessor_(camera, depth_unit_m, options.frame, arena),
       odometry_(options.odometry),
       builder_(options.fragment, preprocessor_.working_camera(), camera, arena),
-      renderer_(options.model, preprocessor_.working_camera(), arena) {}
+      renderer_(options.model, preprocessor_.working_camera(), arena),
+      keyframe_(preprocessor_.working_camera(), options.frame.levels, arena) {}
 
 FrontEndResult FrontEnd::process(const RawFrame& raw) {
   const std::int64_t begin = now_ns();
   const Frame& frame = preprocessor_.process(raw);
   const std::int64_t preprocessed = now_ns();
   const TrackingResult tracking = track(frame);
+  keep_keyframe(frame, tracking);
   const std::int64_t tracked = now_ns();
   FrontEndResult result = integrate(frame, tracking);
   result.times = {preprocessed - begin, tracked - preprocessed, now_ns() - tracked};
@@ -60,7 +65,18 @@ TrackingResult FrontEnd::track(const Frame& frame) {
   }
   const ModelView& model = renderer_.render(piece, builder_.active().surfels(), builder_.T_odom_fragment(),
                                             odometry_.predict(frame.timestamp_ns));
-  return odometry_.track(frame, model);
+  return odometry_.track(frame, model, &keyframe_);
+}
+
+// A new keyframe once the last one is largely out of sight or seen from elsewhere, and after a loss.
+void FrontEnd::keep_keyframe(const Frame& frame, const TrackingResult& tracking) {
+  if (tracking.status == TrackingStatus::kLost || frame.levels[0].intensity.empty()) return;
+  if (tracking.status == TrackingStatus::kTracked && !keyframe_.empty()) {
+    const Vector6d moved = (keyframe_.T_odom_key().inverse() * tracking.T_odom_camera).log();
+    const bool near = moved.head<3>().norm() < kKeyframeM && moved.tail<3>().norm() < kKeyframeRad;
+    if (near && tracking.keyframe_overlap > kKeyframeOverlap) return;
+  }
+  keyframe_.keep(frame, tracking.T_odom_camera);
 }
 
 FrontEndResult FrontEnd::integrate(const Frame& frame, const TrackingResult& tracking) {

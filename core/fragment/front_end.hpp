@@ -55,6 +55,7 @@ class FrontEnd {
 
  private:
   TrackingResult track(const Frame& frame);
+  void keep_keyframe(const Frame& frame, const TrackingResult& tracking);
   FrontEndResult integrate(const Frame& frame, const TrackingResult& tracking);
 
   FrontEndOptions options_;
@@ -63,6 +64,7 @@ class FrontEnd {
   Odometry odometry_;
   FragmentBuilder builder_;
   ModelRenderer renderer_;
+  Keyframe keyframe_;
   std::size_t piece_begin_ = 0;  // first fragment of the current piece of trajectory
   int lost_frames_ = 0;
 };

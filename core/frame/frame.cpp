@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "core/frame/frame.hpp"
 
+#include "core/frame/intensity.hpp"
 #include "core/frame/kernels.hpp"
 
 namespace loopsift {
@@ -42,10 +43,10 @@ FramePreprocessor::FramePreprocessor(const PinholeCamera& camera, double depth_u
     const int w = level_camera.width, h = level_camera.height;
     const auto pixels = static_cast<std::size_t>(w) * static_cast<std::size_t>(h);
     Level& s = storage_[l];
-    for (Span<float>* image : {&s.depth, &s.nx, &s.ny, &s.nz})
+    for (Span<float>* image : {&s.depth, &s.nx, &s.ny, &s.nz, &s.intensity})
       *image = arena.carve<float>("frame/pyramid", pixels);
-    frame_.levels[l] = {
-        level_camera, {s.depth.data(), w, h}, {s.nx.data(), w, h}, {s.ny.data(), w, h}, {s.nz.data(), w, h}};
+    frame_.levels[l] = {level_camera,        {s.depth.data(), w, h}, {s.nx.data(), w, h},
+                        {s.ny.data(), w, h}, {s.nz.data(), w, h},    {}};
     if (l == 0) smoothed_ = arena.carve<float>("frame/scratch", pixels);
     level_camera = level_camera.block_averaged(2);
   }
@@ -61,6 +62,7 @@ const Frame& FramePreprocessor::process(const RawFrame& raw) {
     if (l > 0) halve_depth(frame_.levels[l - 1].depth_m, options_.edge_fraction, depth_image(l));
     add_normals(l);
   }
+  add_intensity();
   const ImageView<const float>& finest = frame_.levels[0].depth_m;
   frame_.valid_fraction = static_cast<float>(count_valid(finest)) / static_cast<float>(finest.size());
   return frame_;
@@ -81,6 +83,25 @@ void FramePreprocessor::reduce() {
   const ImageView<float> half(reduced_.data(), reduced_camera_.width, reduced_camera_.height);
   reduce_raw(frame_.raw_depth, 2, frame_.depth_unit_m, range, half);
   halve_depth(half, options_.edge_fraction, depth_image(0));
+}
+
+// A colour image that is smaller than the working one says too little.
+void FramePreprocessor::add_intensity() {
+  const PinholeCamera& finest = frame_.levels[0].camera;
+  const bool usable = frame_.color.width >= finest.width && frame_.color.height >= finest.height &&
+                      frame_.color.width < 64 * finest.width && frame_.color.height < 64 * finest.height;
+  for (std::size_t l = 0; l < static_cast<std::size_t>(options_.levels); ++l) {
+    FrameLevel& level = frame_.levels[l];
+    level.intensity = {};
+    if (!usable) continue;
+    const ImageView<float> image(storage_[l].intensity.data(), level.camera.width, level.camera.height);
+    if (l == 0) {
+      reduce_color(frame_.color, image);
+    } else {
+      halve_intensity(frame_.levels[l - 1].intensity, image);
+    }
+    level.intensity = image;
+  }
 }
 
 void FramePreprocessor::add_normals(std::size_t level) {

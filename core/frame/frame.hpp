@@ -35,6 +35,7 @@ struct FrameLevel {
   PinholeCamera camera;
   ImageView<const float> depth_m;     ///< metres; 0 invalid
   ImageView<const float> nx, ny, nz;  ///< unit normal toward the camera, camera frame; 0, 0, 0 where unknown
+  ImageView<const float> intensity;   ///< logarithmic, see intensity.hpp; empty() without colour
 };
 
 /// A preprocessed frame. Views point into the FramePreprocessor and into the RawFrame that it came from.
@@ -63,9 +64,10 @@ class FramePreprocessor {
 
  private:
   struct Level {
-    Span<float> depth, nx, ny, nz;
+    Span<float> depth, nx, ny, nz, intensity;
   };
   void reduce();
+  void add_intensity();
   void add_normals(std::size_t level);
   [[nodiscard]] ImageView<float> depth_image(std::size_t level) const;
 

@@ -5,14 +5,16 @@
 #include <cmath>
 
 #include "core/base/simd.hpp"
+#include "core/odometry/normal_equations.hpp"
 
 namespace loopsift {
 namespace {
 
-constexpr int kLanes = 8;    // of the accumulators: one AVX2 register
-constexpr int kBlock = 160;  // pixels whose intermediate values stay in the first cache level
-constexpr int kTerms = 27;   // 21 of H's upper triangle, 6 of b
-constexpr int kSums = 33;    // and weight, scaled squares, squares, valid, partners, inliers
+constexpr int kTriangle = 21;            // of H's upper half
+constexpr int kScalars = 6;              // weight, scaled squares, squares, valid, partners, inliers
+constexpr int kCross = sum_count(6, 0);  // first sum of the crossed information
+constexpr int kFirstScalar = kCross + kTriangle;
+constexpr int kSums = kFirstScalar + kScalars;
 constexpr float kStudentNu = 5.0F;
 
 // Everything that does not change from block to block.
@@ -32,7 +34,7 @@ struct Block {
   alignas(32) float px[kBlock], py[kBlock], pz[kBlock];
   alignas(32) std::int32_t partner[kBlock];
   alignas(32) float seen[kBlock];
-  alignas(32) float J[6][kBlock], r[kBlock], w[kBlock];
+  alignas(32) float J[6][kBlock], K[6][kBlock], r[kBlock], w[kBlock];  // K: J by the frame's own normals
   alignas(32) float robust[kBlock], scaled[kBlock], partnered[kBlock], inlier[kBlock];
 };
 
@@ -96,26 +98,35 @@ LOOPSIFT_SIMD void evaluate(const Job& j, Block& __restrict s) {
     s.J[3][i] = s.py[i] * nz - s.pz[i] * ny;
     s.J[4][i] = s.pz[i] * nx - s.px[i] * nz;
     s.J[5][i] = s.px[i] * ny - s.py[i] * nx;
+    s.K[0][i] = fnx;
+    s.K[1][i] = fny;
+    s.K[2][i] = fnz;
+    s.K[3][i] = s.py[i] * fnz - s.pz[i] * fny;
+    s.K[4][i] = s.pz[i] * fnx - s.px[i] * fnz;
+    s.K[5][i] = s.px[i] * fny - s.py[i] * fnx;
   }
 }
 
 LOOPSIFT_SIMD void accumulate(const Block& s, Sums& __restrict sums) {
+  accumulate_system<6>(s.J, s.r, s.w, s.count, sums);
   for (int i = 0; i < s.count; i += kLanes) {
-    int term = 0;
+    int term = kCross;
     for (int a = 0; a < 6; ++a) {
-      float wj[kLanes];
-      for (int l = 0; l < kLanes; ++l) wj[l] = s.w[i + l] * s.J[a][i + l];
+      float wj[kLanes], wk[kLanes];
+      for (int l = 0; l < kLanes; ++l) {
+        wj[l] = 0.5F * s.w[i + l] * s.J[a][i + l];
+        wk[l] = 0.5F * s.w[i + l] * s.K[a][i + l];
+      }
       for (int c = a; c < 6; ++c, ++term)
-        for (int l = 0; l < kLanes; ++l) sums[term][l] += wj[l] * s.J[c][i + l];
-      for (int l = 0; l < kLanes; ++l) sums[21 + a][l] += wj[l] * s.r[i + l];
+        for (int l = 0; l < kLanes; ++l) sums[term][l] += wj[l] * s.K[c][i + l] + wk[l] * s.J[c][i + l];
     }
     for (int l = 0; l < kLanes; ++l) {
-      sums[kTerms][l] += s.robust[i + l];
-      sums[kTerms + 1][l] += s.scaled[i + l];
-      sums[kTerms + 2][l] += s.inlier[i + l] * s.r[i + l] * s.r[i + l];
-      sums[kTerms + 3][l] += s.seen[i + l];
-      sums[kTerms + 4][l] += s.partnered[i + l];
-      sums[kTerms + 5][l] += s.inlier[i + l];
+      sums[kFirstScalar][l] += s.robust[i + l];
+      sums[kFirstScalar + 1][l] += s.scaled[i + l];
+      sums[kFirstScalar + 2][l] += s.inlier[i + l] * s.r[i + l] * s.r[i + l];
+      sums[kFirstScalar + 3][l] += s.seen[i + l];
+      sums[kFirstScalar + 4][l] += s.partnered[i + l];
+      sums[kFirstScalar + 5][l] += s.inlier[i + l];
     }
   }
 }
@@ -164,30 +175,22 @@ Job make_job(const FrameLevel& level, const ModelView& m, const Se3& T_view_came
   return j;
 }
 
-double sum_lanes(const float (&lanes)[kLanes]) {
-  double sum = 0;
-  for (const float v : lanes) sum += static_cast<double>(v);
-  return sum;
-}
-
-// Single-precision sums of one row go into double-precision ones, so that 10⁵ pixels cost no digits.
-void add(const Sums& sums, double (&total)[kSums]) {
-  for (int k = 0; k < kSums; ++k) total[k] += sum_lanes(sums[k]);
-}
-
 IcpSystem to_system(const double (&total)[kSums]) {
   IcpSystem system;
   int term = 0;
   for (int a = 0; a < 6; ++a) {
-    for (int c = a; c < 6; ++c, ++term) system.H(a, c) = system.H(c, a) = total[term];
-    system.b[a] = total[21 + a];
+    for (int c = a; c < 6; ++c, ++term) {
+      system.H(a, c) = system.H(c, a) = total[term];
+      system.crossed(a, c) = system.crossed(c, a) = total[kCross + term];
+    }
+    system.b[a] = total[kTriangle + a];
   }
-  system.weight = total[kTerms];
-  system.scaled_squares = total[kTerms + 1];
-  system.squares_m2 = total[kTerms + 2];
-  system.valid = static_cast<int>(total[kTerms + 3]);
-  system.partners = static_cast<int>(total[kTerms + 4]);
-  system.inliers = static_cast<int>(total[kTerms + 5]);
+  system.weight = total[kFirstScalar];
+  system.scaled_squares = total[kFirstScalar + 1];
+  system.squares_m2 = total[kFirstScalar + 2];
+  system.valid = static_cast<int>(total[kFirstScalar + 3]);
+  system.partners = static_cast<int>(total[kFirstScalar + 4]);
+  system.inliers = static_cast<int>(total[kFirstScalar + 5]);
   return system;
 }
 
@@ -206,7 +209,7 @@ IcpSystem linearize(const FrameLevel& level, const ModelView& model, const Se3& 
       evaluate(job, block);
       accumulate(block, sums);
     }
-    add(sums, total);
+    add_sums(sums, kSums, total);
   }
   return to_system(total);
 }

@@ -20,12 +20,15 @@ struct IcpSettings {
 struct IcpSystem {
   Matrix6d H = Matrix6d::Zero();  ///< JᵀWJ, left perturbation in the view's frame
   Vector6d b = Vector6d::Zero();  ///< JᵀW r
-  double weight = 0;              ///< Σ of the robust weights (each 0 … 1.2)
-  double scaled_squares = 0;      ///< Σ robust weight · (r / σ)²: over partners, the next s²
-  double squares_m2 = 0;          ///< Σ r² of the inliers
-  int valid = 0;                  ///< pixels with depth and normal
-  int partners = 0;               ///< of them, those with a partner
-  int inliers = 0;                ///< of them, those within 3 s σ
+  /// H with one of its two normals taken from the frame instead of the model: ½ (JᵀWK + KᵀWJ). The noise of
+  /// the two is independent, so that it does not add up to information that is not there.
+  Matrix6d crossed = Matrix6d::Zero();
+  double weight = 0;          ///< Σ of the robust weights (each 0 … 1.2)
+  double scaled_squares = 0;  ///< Σ robust weight · (r / σ)²: over partners, the next s²
+  double squares_m2 = 0;      ///< Σ r² of the inliers
+  int valid = 0;              ///< pixels with depth and normal
+  int partners = 0;           ///< of them, those with a partner
+  int inliers = 0;            ///< of them, those within 3 s σ
 };
 
 [[nodiscard]] IcpSystem linearize(const FrameLevel& level, const ModelView& model, const Se3& T_view_camera,

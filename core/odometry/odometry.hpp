@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: MIT
 // Frame-to-model tracking: projective point-to-plane ICP (Newcombe et al., KinectFusion, 2011; Keller et al.,
-// Point-based fusion, 2013), coarse to fine, in one Gauss–Newton system with a constant-velocity prior.
-// In: Frame and a ModelView rendered by the caller at predict(). Out: TrackingResult.
-// Minimises Σ ρ(r_i / (s σ(z_i))) + ‖log(T_pred⁻¹ T)‖²_Λ with r_i = n_i · (T p_i − q_i), σ(z) the sensor's
-// noise, s the residuals' own scale. Thread: front. No allocation after construction.
+// Point-based fusion, 2013) and direct alignment of intensities with a keyframe (Kerl et al. 2013), coarse to
+// fine, in one Gauss–Newton system with a constant-velocity prior.
+// In: Frame, a ModelView rendered by the caller at predict(), and a Keyframe where there is colour. Out:
+// TrackingResult. Minimises Σ ρ(r_i / (s σ(z_i))) + Σ ρ(c_j / s_c) + ‖log(T_pred⁻¹ T)‖²_Λ with r_i = n_i · (T
+// p_i − q_i), c_j differences of log intensity, σ(z) the sensor's noise, s and s_c the residuals' own scales.
+// Thread: front. No allocation after construction.
 #pragma once
 #include <cstdint>
 
 #include "core/base/result.hpp"
 #include "core/frame/frame.hpp"
 #include "core/geometry/se3.hpp"
+#include "core/odometry/keyframe.hpp"
 
 namespace loopsift {
 
@@ -22,13 +25,17 @@ struct OdometryOptions {
   float min_normal_cosine = 0.5F;  ///< partners' normals differ by at most acos of this
   float noise_floor_m = 0.0012F;  ///< σ(z) = floor + slope · (z − 0.4 m)², the form of Nguyen et al. 2012;
                                   ///< slope also for distortion
-  float noise_slope = 0.003F;        ///< per metre
-  float prior_sigma_m = 0.03F;       ///< of the constant-velocity prediction, per frame
-  float prior_sigma_rad = 0.03F;     ///< the same for rotation
-  float correlated_pixels = 300.0F;  ///< pixels that err together; divides the information
-  float min_inlier_fraction = 0.2F;  ///< of the pixels with depth; below it tracking is lost
-  float max_step_m = 0.5F;           ///< from the prediction; a larger motion is no motion: lost
-  float max_step_rad = 0.6F;         ///< the same for rotation
+  float noise_slope = 0.003F;         ///< per metre
+  float prior_sigma_m = 0.03F;        ///< of the constant-velocity prediction, per frame
+  float prior_sigma_rad = 0.03F;      ///< the same for rotation
+  float correlated_pixels = 300.0F;   ///< pixels that err together; divides the information
+  bool photometric = true;            ///< track intensities, too, where there is colour
+  float photometric_floor_m = 0.01F;  ///< what they say about the motion is never more certain than this:
+                                      ///< they decide where the geometry slides, and harm nowhere else
+  float photometric_floor_rad = 0.007F;  ///< the same for rotation
+  float min_inlier_fraction = 0.2F;      ///< of the pixels with depth; below it tracking is lost
+  float max_step_m = 0.5F;               ///< from the prediction; a larger motion is no motion: lost
+  float max_step_rad = 0.6F;             ///< the same for rotation
 };
 [[nodiscard]] Status validate(const OdometryOptions& options);
 
@@ -53,9 +60,10 @@ struct TrackingResult {
   Se3 T_odom_camera;                        ///< the last known pose when lost
   Matrix6d information = Matrix6d::Zero();  ///< of log(T̂⁻¹ T) ((t, ω), right perturbation): of the motion
                                             ///< since the frame before; zero when unknown
-  float inlier_fraction = 0;  ///< of the pixels with depth
-  float residual_rms_m = 0;   ///< of the inliers
-  int iterations = 0;         ///< over all levels
+  float inlier_fraction = 0;   ///< of the pixels with depth
+  float residual_rms_m = 0;    ///< of the inliers
+  int iterations = 0;          ///< over all levels
+  float keyframe_overlap = 0;  ///< of the keyframe's points, those in sight; 0: colour was not used
   float degeneracy = 0;  ///< share of the prior in the least known direction, 0 … 1; above ½ the geometry
                          ///< says less than the prediction and the scene slides
 };
@@ -74,9 +82,9 @@ class Odometry {
   /// Where the next frame is expected: constant velocity in the camera frame, scaled by the times of the
   /// frames.
   [[nodiscard]] Se3 predict(std::int64_t timestamp_ns) const;
-  /// Tracks the frame against the model and takes the result as the new state. Lost leaves the state as it
-  /// was.
-  TrackingResult track(const Frame& frame, const ModelView& model);
+  /// Tracks the frame against the model (and the keyframe, if there is one and the frame has colour) and
+  /// takes the result as the new state. Lost leaves the state as it was.
+  TrackingResult track(const Frame& frame, const ModelView& model, const Keyframe* keyframe = nullptr);
   /// Starts a (new) piece of trajectory at the given pose: kFirst, or kLost where the frame shows too little.
   TrackingResult start(const Frame& frame, const Se3& T_odom_camera);
   [[nodiscard]] const Se3& T_odom_camera() const { return T_odom_camera_; }

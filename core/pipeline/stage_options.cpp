@@ -52,6 +52,12 @@ OptionSection odometry_section(OdometryOptions& o, int* lost_patience_frames) {
                "pixels that err together; divides the "
                "information of a motion",
                {1, 1e6}},
+              {"photometric", &o.photometric, "track intensities, too, where there is colour"},
+              {"photometric_floor_m",
+               &o.photometric_floor_m,
+               "what they say about the motion is never more certain than this",
+               {kTiny, 10}},
+              {"photometric_floor_rad", &o.photometric_floor_rad, "the same for rotation", {kTiny, 10}},
               {"min_inlier_fraction",
                &o.min_inlier_fraction,
                "of the pixels with depth; below it tracking "

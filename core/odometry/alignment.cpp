@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: MIT
+#include "core/odometry/alignment.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace loopsift {
+namespace {
+
+constexpr double kConvergedStep = 1e-5;  // metres or radians
+constexpr int kMinPixels = 200;
+constexpr float kMinOverlap = 0.25F;   // of a keyframe that has a say
+constexpr double kNoiseShare = 0.1;    // of the information in a direction; less is the normals' noise
+constexpr float kLeastScale = 0.004F;  // log intensity: a tenth of the noise of a good camera
+
+// The prior's information about the motion of one frame.
+Matrix6d prior_information(const OdometryOptions& o) {
+  Vector6d d;
+  d.head<3>().setConstant(1.0 / std::pow(static_cast<double>(o.prior_sigma_m), 2));
+  d.tail<3>().setConstant(1.0 / std::pow(static_cast<double>(o.prior_sigma_rad), 2));
+  return d.asDiagonal();
+}
+
+// What the intensities cannot know better: colour that is not registered to depth, or taken a little later.
+Matrix6d floor_covariance(const OdometryOptions& o) {
+  Vector6d d;
+  d.head<3>().setConstant(std::pow(static_cast<double>(o.photometric_floor_m), 2));
+  d.tail<3>().setConstant(std::pow(static_cast<double>(o.photometric_floor_rad), 2));
+  return d.asDiagonal();
+}
+
+}  // namespace
+
+Alignment::Alignment(const OdometryOptions& options, const Frame& frame, const ModelView& model,
+                     const Se3& T_odom_predicted, const Keyframe* keyframe)
+    : options_(options),
+      frame_(frame),
+      model_(model),
+      keyframe_(keyframe),
+      finest_(std::min(options.finest_level, frame.level_count - 1)),
+      prior_(prior_information(options)),
+      T_view_predicted_(model.T_odom_view.inverse() * T_odom_predicted),
+      T_view_camera_(T_view_predicted_) {}
+
+void Alignment::run() {
+  for (int l = frame_.level_count - 1; l >= finest_; --l) {
+    const int limit = l == finest_ ? options_.iterations_fine : options_.iterations_coarse;
+    for (int i = 0; i < limit && !step(l); ++i) ++iterations_;
+  }
+  linearize_at(finest_);
+}
+
+void Alignment::linearize_at(int level) {
+  add_geometry(level);
+  add_intensities(level);
+}
+
+IcpSettings Alignment::settings(int level) const {
+  const auto above = static_cast<float>(level - finest_);
+  const float s = above / static_cast<float>(std::max(1, frame_.level_count - 1 - finest_));
+  return {options_.gate_fine_m + s * (options_.gate_coarse_m - options_.gate_fine_m),
+          options_.min_normal_cosine, options_.noise_floor_m, options_.noise_slope, scale_};
+}
+
+// In a direction in which only the noise of the normals says something, the surface says nothing. Λ, the
+// share of the information that is not noise, comes from the crossed information: with H = L Lᵀ, the
+// eigenvalues of L⁻¹ crossed L⁻ᵀ. The surface's estimate −H⁻¹ b stays, its information becomes L V Λ Vᵀ Lᵀ.
+void Alignment::add_geometry(int level) {
+  system_ =
+      linearize(frame_.levels[static_cast<std::size_t>(level)], model_, T_view_camera_, settings(level));
+  geometric_ = {};
+  if (system_.partners < kMinPixels) return;
+  scale_ = static_cast<float>(std::sqrt(system_.scaled_squares / system_.partners));
+  scale_ = std::clamp(scale_, 0.1F, 100.0F);
+  const Matrix6d A = T_view_camera_.adjoint();
+  const double thinning = 1.0 / static_cast<double>(options_.correlated_pixels);
+  const Matrix6d H = thinning * A.transpose() * system_.H * A + 1e-9 * prior_;
+  const Matrix6d crossed = thinning * A.transpose() * system_.crossed * A;
+  const Vector6d b = thinning * A.transpose() * system_.b;
+  const Eigen::LLT<Matrix6d> llt(H);
+  const Matrix6d half = llt.matrixL().solve(crossed);
+  const Matrix6d share = llt.matrixL().solve(half.transpose());
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(0.5 * (share + share.transpose()));
+  const Vector6d kept = ((eigen.eigenvalues().array() - kNoiseShare) / (1.0 - kNoiseShare)).max(0.0).min(1.0);
+  const Matrix6d root = llt.matrixL() * eigen.eigenvectors();
+  geometric_.H = root * kept.asDiagonal() * root.transpose();
+  geometric_.b = root * (kept.asDiagonal() * (eigen.eigenvectors().transpose() * llt.matrixL().solve(b)));
+}
+
+void Alignment::add_intensities(int level) {
+  photometric_ = {};
+  overlap_ = 0.0F;
+  if (keyframe_ == nullptr) return;
+  const Keyframe::Level& key = keyframe_->level(level);
+  const Se3 T_camera_key = T_odom_camera().inverse() * keyframe_->T_odom_key();
+  const PhotometricSystem system =
+      linearize_photometric(frame_.levels[static_cast<std::size_t>(level)], key, T_camera_key,
+                            {options_.gate_fine_m, photometric_scale_, exposure_});
+  const float share = static_cast<float>(key.camera.width) * static_cast<float>(key.camera.height) /
+                      static_cast<float>(keyframe_->level(0).depth_m.size());
+  overlap_ = static_cast<float>(system.seen) / std::max(1.0F, share * static_cast<float>(keyframe_->valid()));
+  if (overlap_ < kMinOverlap) {
+    overlap_ = 0.0F;
+    return;
+  }
+  photometric_scale_ = std::max(system.scale, kLeastScale);
+  exposure_ = system.exposure;
+  // (H⁻¹ + F)⁻¹ = (1 + H F)⁻¹ H: what it claims about the motion is never better than the floor.
+  const double thinning = 1.0 / static_cast<double>(options_.correlated_pixels);
+  const Matrix6d H = thinning * system.H;
+  const Eigen::PartialPivLU<Matrix6d> bound(Matrix6d::Identity() + H * floor_covariance(options_));
+  const Matrix6d bounded = bound.solve(H);
+  photometric_.H = 0.5 * (bounded + bounded.transpose());
+  photometric_.b = bound.solve(thinning * system.b);
+}
+
+// (M + P) ξ = −(b + P e), T ← T exp(ξ).
+bool Alignment::step(int level) {
+  linearize_at(level);
+  const Matrix6d H = measured() + prior_;
+  const Vector6d gradient = geometric_.b + photometric_.b + prior_ * from_prediction();
+  const Vector6d xi = -H.ldlt().solve(gradient);
+  if (!xi.allFinite()) return true;
+  T_view_camera_ = (T_view_camera_ * Se3::exp(xi)).normalized();
+  return xi.cwiseAbs().maxCoeff() < kConvergedStep;
+}
+
+}  // namespace loopsift

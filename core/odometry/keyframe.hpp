@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+// A frame kept to track against besides the model: its points and intensities. In: a Frame at a known pose.
+// Out: what photometric.hpp compares later frames with. Capacity: one frame, from the arena. Thread: front.
+// No allocation after construction.
+#pragma once
+#include <array>
+#include <cstdint>
+
+#include "core/base/arena.hpp"
+#include "core/frame/frame.hpp"
+#include "core/geometry/se3.hpp"
+
+namespace loopsift {
+
+class Keyframe {
+ public:
+  struct Level {
+    PinholeCamera camera;
+    ImageView<const float> depth_m;    ///< metres; 0 where there is no depth or no normal (an edge)
+    ImageView<const float> intensity;  ///< logarithmic
+  };
+
+  /// For frames whose level 0 has this camera.
+  Keyframe(const PinholeCamera& working, int levels, Arena& arena);
+  /// Copies the frame, which has colour.
+  void keep(const Frame& frame, const Se3& T_odom_key);
+  void clear() { level_count_ = 0; }
+  [[nodiscard]] bool empty() const { return level_count_ == 0; }
+  [[nodiscard]] const Se3& T_odom_key() const { return T_odom_key_; }
+  [[nodiscard]] const Level& level(int l) const { return levels_[static_cast<std::size_t>(l)]; }
+  /// Pixels of level 0 that have depth.
+  [[nodiscard]] int valid() const { return valid_; }
+
+ private:
+  struct Storage {
+    Span<float> depth, intensity;
+  };
+  std::array<Storage, kMaxFrameLevels> storage_;
+  std::array<Level, kMaxFrameLevels> levels_;
+  Se3 T_odom_key_;
+  int level_count_ = 0, valid_ = 0;
+};
+
+}  // namespace loopsift
