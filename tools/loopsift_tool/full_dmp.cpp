@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <cstdio>
 #include <deque>
+#include <filesystem>
 #include <vector>
 
 #include "core/fragment/active_surfels.hpp"
 #include "core/posterior/disc_renderer.hpp"
 #include "tools/loopsift_tool/posed_sequence.hpp"
+#include "tools/loopsift_tool/residual_image.hpp"
 #include "tools/loopsift_tool/ticker.hpp"
 
 namespace loopsift::tool {
@@ -110,15 +112,21 @@ struct Parts {
 
 // A frame waiting to be scored.
 struct Waiting {
+  FrameId number;
+  double time_s = 0;
   Se3 T_odom_camera;
   std::vector<float> pixels;
   ImageView<const float> depth_m;  // of pixels; 0 invalid
   DmpFigures figures;
+  Status picture;  // whether its residual image could be written
 };
 
 Waiting keep(const PosedFrame& posed, double depth_unit_m) {
   const ImageView<std::uint16_t>& raw = posed.raw->depth;
-  Waiting waiting{posed.pose.T_odom_camera, {}, {}, {}};
+  Waiting waiting;
+  waiting.number = posed.number;
+  waiting.time_s = static_cast<double>(posed.raw->timestamp_ns) * 1e-9;
+  waiting.T_odom_camera = posed.pose.T_odom_camera;
   waiting.pixels.reserve(raw.size());
   for (int y = 0; y < raw.height; ++y) {
     for (int x = 0; x < raw.width; ++x)
@@ -155,19 +163,27 @@ void score(const std::deque<FineFragment>& map, const PinholeCamera& camera, con
     }
   }
   if (figures.valid_pixels > 0) figures.dmp = sum / static_cast<double>(figures.valid_pixels);
+  figures.per_view.push_back(
+      {frame->number.value, frame->number.value / o.fragment_frames, frame->time_s, figures.dmp});
   frame->figures = figures;
+  if (!o.heatmap_folder.empty() && frame->number.value % o.heatmap_every == 0)
+    frame->picture =
+        write_residual_image(o.heatmap_folder, frame->number.value, frame->depth_m, inverse_depth);
 }
 
-void score_batch(const std::deque<FineFragment>& map, const SourceInfo& info, const FullDmpOptions& options,
-                 std::vector<Waiting>* batch, DmpFigures* total) {
+Status score_batch(const std::deque<FineFragment>& map, const SourceInfo& info, const FullDmpOptions& options,
+                   std::vector<Waiting>* batch, DmpFigures* total) {
 #pragma omp parallel for schedule(dynamic)
   for (std::size_t k = 0; k < batch->size(); ++k) score(map, info.camera, options, &(*batch)[k]);
   for (const Waiting& frame : *batch) {
+    if (!frame.picture.ok()) return frame.picture;
+    total->per_view.push_back(frame.figures.per_view.front());
     total->dmp += frame.figures.dmp;
     total->views += frame.figures.views;
     total->valid_pixels += frame.figures.valid_pixels;
   }
   batch->clear();
+  return {};
 }
 
 Status fuse_all(PosedSequence* sequence, std::int64_t frame_count, FineFusion* fusion) {
@@ -196,10 +212,11 @@ Expected<DmpFigures> score_all(PosedSequence* sequence, const SourceInfo& info,
     if (!posed) return posed.error();
     if (*posed == nullptr) break;
     batch.push_back(keep(**posed, info.depth_unit_m));
-    if (batch.size() == kBatch) score_batch(map, info, options, &batch, &total);
+    if (batch.size() == kBatch)
+      if (Status scored = score_batch(map, info, options, &batch, &total); !scored) return scored.error();
     ticker.update(static_cast<std::size_t>(total.views), static_cast<std::size_t>(info.frame_count));
   }
-  score_batch(map, info, options, &batch, &total);
+  if (Status scored = score_batch(map, info, options, &batch, &total); !scored) return scored.error();
   return total;
 }
 
@@ -216,6 +233,11 @@ Expected<DmpFigures> full_dmp(FrameSource& to_fuse, FrameSource& to_score, const
   if (parts.fusion.map().empty())
     return Error{ErrorCode::kFormat, odometry.extent() + "; no usable frame of '" + info.description +
                                          "' is among them: give the trajectory of this recording"};
+  if (!options.heatmap_folder.empty()) {
+    std::error_code error;
+    std::filesystem::create_directories(options.heatmap_folder, error);
+    if (error) return Error{ErrorCode::kIo, options.heatmap_folder + ": cannot be made: " + error.message()};
+  }
   return score_all(&parts.scored, info, parts.fusion.map(), options);
 }
 

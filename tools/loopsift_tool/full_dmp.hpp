@@ -5,9 +5,11 @@
 // ground truthing" (2021). Desk code: the map is held in memory (28 bytes per surfel), frames are not.
 #pragma once
 #include <cstdint>
+#include <string>
 
 #include "core/base/result.hpp"
 #include "drivers/frame_source.hpp"
+#include "tools/loopsift_tool/dmp_figures.hpp"
 #include "tools/loopsift_tool/given_odometry.hpp"
 
 namespace loopsift::tool {
@@ -16,16 +18,14 @@ struct FullDmpOptions {
   int fragment_frames = 50;   ///< fused rigidly together
   float min_depth_m = 0.3F;   ///< measured and predicted depth outside [min, max] does not count
   float max_depth_m = 15.0F;  ///< as published
-};
-
-struct DmpFigures {
-  double dmp = 0;                 ///< m², sum over views
-  std::int64_t views = 0;         ///< frames scored
-  std::int64_t valid_pixels = 0;  ///< Σ |Ω|: with measured and predicted depth
+  std::string
+      heatmap_folder;      ///< made when missing; frame-NNNNNN.png (residual_image.hpp) go there; empty: none
+  int heatmap_every = 10;  ///< frames from one picture to the next
 };
 
 /// Fuses all frames of `to_fuse` that have a pose, then scores those of `to_score`, the same recording opened
-/// anew, several at a time (OpenMP). Deterministic. Errors: no frame with a pose, a source that is lost.
+/// anew, several at a time (OpenMP). Deterministic. Errors: no frame with a pose, a source that is lost, a
+/// picture that cannot be written.
 [[nodiscard]] Expected<DmpFigures> full_dmp(FrameSource& to_fuse, FrameSource& to_score,
                                             const GivenOdometry& odometry, const FullDmpOptions& options);
 

@@ -2,7 +2,11 @@
 // `loopsift-tool dmp`: the truth scores better than a drifting trajectory, reduced and in full.
 #include <gmock/gmock.h>
 
+#include <filesystem>
+
+#include "drivers/replay/image_file.hpp"
 #include "tests/unit/tools/desk_sequence.hpp"
+#include "tools/loopsift_tool/residual_image.hpp"
 
 namespace loopsift::tool {
 namespace {
@@ -45,6 +49,47 @@ TEST_F(DmpCommand, InFullEveryFrameCounts) {
   EXPECT_EQ(truth["views"], 157);
   EXPECT_GT(truth["valid_pixels"], 157 * 160 * 120 / 2);
   EXPECT_LE(truth["valid_pixels"], 157 * 160 * 120);
+}
+
+TEST_F(DmpCommand, ViewsAddUpToTheWhole) {
+  for (const auto& form : {std::vector<std::string>{"--per-view"}, {"--per-view", "--full"}}) {
+    const auto figures = dmp_of(path("drift.txt"), form);
+    ASSERT_EQ(figures["per_view"].size(), figures["views"]);
+    double sum = 0;
+    int last = -1;
+    for (const auto& view : figures["per_view"]) {
+      sum += view["dmp"].get<double>();
+      EXPECT_GT(view["frame"], last);
+      last = view["frame"];
+      EXPECT_EQ(view["fragment"], last / kFragmentFrames);
+      EXPECT_NEAR(view["time_s"], last * 0.25, 1e-6);
+    }
+    EXPECT_NEAR(sum, figures["dmp"], 1e-5 * sum);
+  }
+}
+
+TEST_F(DmpCommand, HeatmapsAreAsLargeAsTheDepthImagesAndNeedTheFullForm) {
+  dmp_of(path("drift.txt"), {"--full", "--heatmap", path("heat"), "--heatmap-every", "50"});
+  for (const char* name : {"heat/frame-000000.png", "heat/frame-000150.png"}) {
+    const auto size = read_image_size(path(name));
+    ASSERT_TRUE(size.ok()) << size.error().message;
+    EXPECT_EQ(size->width, 160);
+    EXPECT_EQ(size->height, 120);
+  }
+  EXPECT_FALSE(std::filesystem::exists(path("heat/frame-000001.png")));
+  const DeskOutcome outcome =
+      run_desk({"dmp", "--source", kSource, "--trajectory", path("gt.txt"), "--heatmap", path("heat")});
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("give --full"));
+}
+
+TEST(ResidualColor, TellsInFrontFromBehindAndUnknown) {
+  const Rgb8 agree = residual_color(2, 2), front = residual_color(1.8, 2), behind = residual_color(2.2, 2);
+  EXPECT_EQ(agree.r + agree.g + agree.b, 3 * 255);
+  EXPECT_GT(front.r, front.b + 100);
+  EXPECT_GT(behind.b, behind.r + 100);
+  EXPECT_EQ(residual_color(0, 2).r, residual_color(0, 2).b);
+  EXPECT_EQ(residual_color(2, 0).r + residual_color(2, 0).g, 0);
 }
 
 TEST_F(DmpCommand, FramesWithoutAPoseAreLeftOut) {
