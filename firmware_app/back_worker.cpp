@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <new>
 
 #include "core/base/steady_time.hpp"
 #include "core/pipeline/results.hpp"
@@ -44,17 +45,25 @@ LoopRecord to_message(const SiftedLoop& sifted, std::int64_t timestamp_ns) {
 
 }  // namespace
 
-BackWorker::BackWorker(BackEnd& back_end, const FragmentStore& store, Publisher& publisher, Arena& arena)
-    : back_end_(back_end),
+BackWorker::BackWorker(BackEnd& back_end, const FragmentStore& store, Publisher& publisher, Arena& arena,
+                       const BackWorkerOptions& options)
+    : options_(options),
+      back_end_(back_end),
       store_(store),
       publisher_(publisher),
-      corrections_(arena.carve<CorrectionRecord>("back/corrections", kCorrections)) {}
+      corrections_(arena.carve<CorrectionRecord>("back/corrections", kCorrections)),
+      saves_(arena.carve<Command>("back/saves", kSaves)) {}
 
 BackWorker::~BackWorker() {
   if (thread_.joinable()) finish();
 }
 
-void BackWorker::start() { thread_ = std::thread(&BackWorker::run, this); }
+void BackWorker::start() {
+  thread_ = std::thread([this] {
+    const ThreadTenure tenure(options_.monitor);
+    run();
+  });
+}
 
 void BackWorker::submit(std::int64_t timestamp_ns) {
   newest_timestamp_ns_ = timestamp_ns;
@@ -64,7 +73,7 @@ void BackWorker::submit(std::int64_t timestamp_ns) {
 }
 
 void BackWorker::wait_until_idle() {
-  while (backlog() > 0) idle_.wait();
+  while (backlog() > 0 && !disabled_ && !quick_) idle_.wait();
 }
 
 bool BackWorker::take(CorrectionRecord* correction) {
@@ -76,29 +85,91 @@ bool BackWorker::take(CorrectionRecord* correction) {
 }
 
 void BackWorker::finish() {
-  finishing_ = true;
+  request_end(Ending::kThorough);
+  join();
+}
+
+void BackWorker::request_end(Ending ending) {
+  if (ending == Ending::kQuick) quick_ = true;
+  ending_ = true;
   work_.post();
-  thread_.join();
+  idle_.post();
+}
+
+bool BackWorker::request_save(const Command& command) {
+  if (disabled_ || !saves_.try_push(command)) return false;
+  work_.post();
+  return true;
+}
+
+void BackWorker::abandon() {
+  disabled_ = true;
+  idle_.post();
 }
 
 void BackWorker::run() {
-  std::size_t next = 0;
-  while (true) {
-    work_.wait();
-    while (next < static_cast<std::size_t>(submitted_.load())) process(next++);
-    if (finishing_ && next >= static_cast<std::size_t>(submitted_.load())) break;
+  {
+    const HeapFence fence(options_.heap_bytes, options_.heap_bytes / 8 * 7, &heap_figures_);
+    while (!disabled_) {
+      work_.wait();
+      save_what_is_asked();
+      work_off();
+      save_what_is_asked();
+      if (ending_ && (quick_ || next_ >= static_cast<std::size_t>(submitted_.load()))) break;
+    }
+    if (!quick_) finish_thoroughly();
   }
-  back_end_.finish();
-  announce(true, steady_now_ns());
+  idle_.post();
+  ended_ = true;
+}
+
+void BackWorker::work_off() {
+  while (next_ < static_cast<std::size_t>(submitted_.load()) && !disabled_ && !quick_) process(next_++);
+}
+
+/// Past the fence's end there is no telling what BackEnd had half done: the thread disables itself.
+template <class Work>
+void BackWorker::guarded(Work&& work) {
+  try {
+    const WorkSpan span(options_.monitor);
+    work();
+  } catch (const std::bad_alloc&) {
+    disabled_ = true;
+  }
 }
 
 void BackWorker::process(std::size_t fragment) {
   const std::int64_t since_ns = submitted_at_ns_;
-  const bool changed = back_end_.add_fragment(store_.fragments()[fragment]);
-  loops_proposed_ = static_cast<std::int64_t>(back_end_.proposals().size());
-  announce(changed, since_ns);
+  guarded([&] {
+    const bool changed = back_end_.add_fragment(store_.fragments()[fragment]);
+    loops_proposed_ = static_cast<std::int64_t>(back_end_.proposals().size());
+    if (!disabled_) announce(changed, since_ns);
+  });
   ++done_;
   idle_.post();
+}
+
+void BackWorker::save_what_is_asked() {
+  Command command;
+  while (!disabled_ && saves_.try_pop(&command)) {
+    Status saved = Error{ErrorCode::kCapacity, "not enough memory left for it (memory.back_heap_mib)"};
+    if (!options_.save) {
+      saved = Error{ErrorCode::kUsage, "the run was started without a folder for results (--out)"};
+    } else if (Status written; within_fence([&] { written = options_.save(); })) {
+      saved = written;
+    }
+    publisher_.acknowledge(Publisher::AckFrom::kBack,
+                           saved.ok() ? answer(command, AckStatus::kDone, "saved")
+                                      : answer(command, AckStatus::kRefused, saved.error().message.c_str()));
+  }
+}
+
+void BackWorker::finish_thoroughly() {
+  if (disabled_) return;
+  guarded([&] {
+    back_end_.finish();
+    if (!disabled_) announce(true, steady_now_ns());
+  });
 }
 
 void BackWorker::announce(bool changed, std::int64_t deciding_since_ns) {

@@ -10,7 +10,7 @@
 
 #include "core/base/heap_watch.hpp"
 
-// NOLINTBEGIN(bugprone-reserved-identifier): glibc's names for what these stand in front of
+// NOLINTBEGIN(bugprone-reserved-identifier,readability-identifier-naming): glibc's names
 extern "C" {
 void* __libc_malloc(std::size_t bytes);
 void* __libc_calloc(std::size_t count, std::size_t bytes);
@@ -18,7 +18,8 @@ void* __libc_realloc(void* p, std::size_t bytes);
 void* __libc_memalign(std::size_t alignment, std::size_t bytes);
 void __libc_free(void* p);
 }
-// NOLINTEND(bugprone-reserved-identifier)
+// NOLINTEND(bugprone-reserved-identifier,readability-identifier-naming)
+// NOLINTBEGIN(cppcoreguidelines-no-malloc): this is what it is all about
 
 namespace {
 
@@ -98,3 +99,4 @@ void free(void* p) noexcept {
 }
 
 }  // extern "C"
+// NOLINTEND(cppcoreguidelines-no-malloc)

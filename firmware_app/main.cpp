@@ -3,9 +3,9 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
-#include <atomic>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 
 #include "firmware_app/cli.hpp"
@@ -15,10 +15,9 @@
 namespace loopsift {
 namespace {
 
-std::atomic<bool> stop_requested{false};
-static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may only touch lock-free atomics");
+RunControl control;
 
-void request_stop(int /*signal*/) { stop_requested = true; }
+void request_stop(int /*signal*/) { control.stop = true; }
 
 /// The first SIGINT or SIGTERM asks the run to end and write its results; the second ends the process at once
 /// (the default action is back by then).
@@ -81,7 +80,10 @@ int run_program(int argc, const char* const* argv) {
   install_signal_handlers();
   spdlog::debug("settings:\n{}", to_toml(settings));
   Progress progress(stderr);
-  return report(run(settings, stop_requested, &progress));
+  const RunEnd end = run(settings, control, &progress);
+  const int code = report(end.failure);
+  if (end.thread_left_behind) std::_Exit(code);
+  return code;
 }
 
 }  // namespace

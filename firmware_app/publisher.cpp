@@ -55,13 +55,14 @@ Publisher::Publisher(const LcmSettings& settings, Arena& arena, const GraphLimit
 
 Publisher::~Publisher() { stop(); }
 
-Status Publisher::start(const FragmentStore* store) {
+Status Publisher::start(const FragmentStore* store, ThreadMonitor* monitor) {
   Impl& p = *impl_;
   if (!p.settings.enabled) return {};
   reserve(&p.update_message);
   reserve(&p.loop_message);
   reserve(&p.ack_message);
   p.store = store;
+  p.monitor = monitor;
   p.run_id = wall_clock_us();
   p.gate = CommandGate(p.run_id, static_cast<std::int64_t>(p.settings.max_command_age_s * 1e6));
   p.lcm = lcm_create(p.settings.url.c_str());
@@ -74,7 +75,11 @@ Status Publisher::start(const FragmentStore* store) {
             "lcm.enabled = false"};
   p.send_first_update();
   p.listen();
-  p.publish_thread = std::thread([&p] { p.run(); });
+  p.publish_thread = std::thread([&p] {
+    ThreadTenure tenure(p.monitor);
+    tenure.seal_heap();
+    p.run();
+  });
   return {};
 }
 

@@ -22,6 +22,7 @@
 #include "core/posegraph/pose_graph.hpp"
 #include "firmware_app/publisher_records.hpp"
 #include "firmware_app/run_health.hpp"
+#include "firmware_app/thread_monitor.hpp"
 
 namespace loopsift {
 
@@ -63,7 +64,8 @@ class Publisher {
   /// Opens LCM and starts the threads. Call once, before the threads that publish. Fragments of `store`,
   /// which must outlive stop(), go out as they close; null: none do. kIo names the remedy (no multicast
   /// route, say); the object then stays silent. Does nothing when settings.enabled is false.
-  Status start(const FragmentStore* store = nullptr);
+  /// `monitor` watches the publish thread; null: nobody does.
+  Status start(const FragmentStore* store = nullptr, ThreadMonitor* monitor = nullptr);
   /// Sends what is queued, what is left of the map for at most kLastWords_ms, and ends the threads. Call
   /// after the threads that publish have ended.
   void stop();

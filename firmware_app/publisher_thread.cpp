@@ -26,6 +26,7 @@ void Publisher::Impl::run() {
 }
 
 void Publisher::Impl::work() {
+  const WorkSpan span(monitor);
   send_poses();
   send_loops();
   obey_requests();

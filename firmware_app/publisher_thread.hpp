@@ -91,6 +91,7 @@ struct Publisher::Impl {
   Span<std::byte> buffer;
   Span<LoopRecord> loop_table;  // by id
   const FragmentStore* store = nullptr;
+  ThreadMonitor* monitor = nullptr;
 
   lcm_t* lcm = nullptr;  // set before the threads start, cleared after they ended
   std::int64_t run_id = 0;

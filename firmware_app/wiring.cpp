@@ -4,9 +4,12 @@
 #include <spdlog/spdlog.h>
 
 #include <filesystem>
+#include <memory>
 #include <string>
+#include <thread>
 
 #include "core/base/arena.hpp"
+#include "core/base/semaphore.hpp"
 #include "core/base/steady_time.hpp"
 #include "core/fragment/front_end.hpp"
 #include "core/odometry/trajectory_odometry.hpp"
@@ -17,15 +20,21 @@
 #include "drivers/decode_ahead.hpp"
 #include "drivers/frame_source.hpp"
 #include "firmware_app/back_worker.hpp"
+#include "firmware_app/front_loop.hpp"
 #include "firmware_app/publisher.hpp"
+#include "firmware_app/realtime.hpp"
+#include "firmware_app/supervisor.hpp"
+#include "firmware_app/watched_source.hpp"
 
 namespace loopsift {
 namespace {
 
-constexpr int kReadTimeout_ms = 100;
 constexpr const char* kUsualSource = "synth:room";  // 640×480 with colour
+constexpr std::size_t kMib = std::size_t{1} << 20;
 
 double steady_seconds() { return static_cast<double>(steady_now_ns()) * 1e-9; }
+
+std::size_t mebibytes(int count) { return static_cast<std::size_t>(count) * kMib; }
 
 SourceOptions source_options(const Settings& settings) {
   SourceOptions options;
@@ -50,189 +59,91 @@ GraphLimits graph_limits(const Settings& settings) {
   return limits;
 }
 
+Status make_folder(const std::string& path) {
+  std::error_code error;
+  std::filesystem::create_directories(path, error);
+  if (!error) return {};
+  return Error{ErrorCode::kIo, path + ": the folder for the results cannot be made: " + error.message()};
+}
+
+/// What every thread may look at: outside the arena, there before it.
+struct Shared {
+  RunFigures figures;
+  ThreadMonitors monitors{ThreadMonitor(ThreadRole::kCapture), ThreadMonitor(ThreadRole::kFront),
+                          ThreadMonitor(ThreadRole::kBack), ThreadMonitor(ThreadRole::kPublish)};
+  ThreadMonitor& operator[](ThreadRole role) { return monitors[static_cast<std::size_t>(role)]; }
+};
+
 /// Everything that lives in the arena, made once to measure and once for the run.
 struct Parts {
-  Parts(const Settings& settings, FrameSource& source, Arena& arena)
-      : queue(source, queue_options(settings), arena),
+  Parts(const Settings& settings, FrameSource& frame_source, TrajectoryOdometry* given, Shared& shared,
+        Arena& arena)
+      : source(frame_source, shared[ThreadRole::kCapture]),
+        queue(source, queue_options(settings), arena),
         publisher(settings.lcm, arena, graph_limits(settings)),
         store(settings.store, arena),
         front_end(source.info().camera, source.info().depth_unit_m, settings.front_end, &store, arena),
         back_end(settings.back_end, arena),
-        back_worker(back_end, store, publisher, arena),
-        poses(arena.carve<OdometryPose>("pipeline/poses",
-                                        static_cast<std::size_t>(settings.store.max_frames))) {}
+        back_worker(back_end, store, publisher, arena, back_worker_options(settings, shared)),
+        front({queue, front_end, back_worker, publisher, given}, settings.run.rate == Rate::kMax,
+              static_cast<std::size_t>(settings.store.max_frames), &shared.figures, arena) {}
+
+  BackWorkerOptions back_worker_options(const Settings& settings, Shared& shared) {
+    BackWorkerOptions options;
+    options.heap_bytes = static_cast<std::int64_t>(mebibytes(settings.memory.back_heap_mib));
+    options.monitor = &shared[ThreadRole::kBack];
+    if (!settings.run.out.empty())
+      options.save = [this, to = settings.run.out + "/saved"] { return save(to); };
+    return options;
+  }
+  /// What there is by now. Back thread.
+  Status save(const std::string& to) const {
+    if (const Status made = make_folder(to); !made.ok()) return made;
+    return write_results(to, back_end, front.poses(), store.fragments());
+  }
+
+  WatchedSource source;
   FrameQueue queue;
   Publisher publisher;
   FragmentStore store;
   FrontEnd front_end;
   BackEnd back_end;
   BackWorker back_worker;
-  Span<OdometryPose> poses;  // of every tracked frame
+  FrontLoop front;
 };
 
-std::optional<Failure> measure(const Settings& settings, FrameSource& source, MemoryBudget* budget) {
+/// The budget of a run, and how much of it the arena has.
+struct MemoryPlan {
+  MemoryBudget budget;
+  std::size_t arena_bytes = 0;
+};
+
+/// What is there beside the arena: the program with what its source and libraries took so far, what of their
+/// code a run will still load (measured), stacks, and the heap of the back thread.
+void add_process_rows(const Settings& settings, MemoryBudget* budget) {
+  constexpr std::size_t kCodeToCome = 3 * kMib;
+  const auto so_far = static_cast<std::size_t>(resident_bytes());
+  budget->add("process/program, source", 1, (so_far + kCodeToCome + kMib - 1) / kMib * kMib);
+  budget->add("process/stacks", kThreadCount, kThreadCount * kStackBytes / 4);
+  budget->add("back/heap", 1, mebibytes(settings.memory.back_heap_mib));
+}
+
+std::optional<Failure> measure(const Settings& settings, FrameSource& source, MemoryPlan* plan) {
   if (const Status fits = check_views(settings, source.info().camera); !fits.ok())
     return Failure{Phase::kSettings, fits.error()};
   Arena measuring;
-  const Parts parts(settings, source, measuring);
-  *budget = measuring.budget();
-  const std::size_t cap_bytes = static_cast<std::size_t>(settings.memory.cap_mib) << 20;
-  if (budget->total_bytes() <= cap_bytes) return std::nullopt;
+  Shared shared;
+  const Parts parts(settings, source, nullptr, shared, measuring);
+  plan->budget = measuring.budget();
+  plan->arena_bytes = plan->budget.total_bytes();
+  add_process_rows(settings, &plan->budget);
+  const std::size_t cap_bytes = mebibytes(settings.memory.cap_mib);
+  if (plan->budget.total_bytes() <= cap_bytes) return std::nullopt;
   return Failure{Phase::kMemoryPlan,
                  {ErrorCode::kCapacity,
                   "the memory budget is over memory.cap_mib; raise it, or make the largest "
                   "of these smaller:\n" +
-                      budget->to_text(cap_bytes)}};
-}
-
-/// The front thread: one frame after the other, from the queue to the pose.
-class FrontLoop {
- public:
-  FrontLoop(const Settings& settings, Parts& parts, TrajectoryOdometry* given, RunFigures* figures,
-            Progress* progress)
-      : lockstep_(settings.run.rate == Rate::kMax),
-        parts_(parts),
-        given_(given),
-        figures_(*figures),
-        progress_(*progress) {}
-
-  /// Until the source's end, its loss, or `stop`.
-  std::optional<Failure> run(const std::atomic<bool>& stop, std::int64_t frame_count) {
-    state_.frame_count = frame_count;
-    std::optional<Failure> failure;
-    for (bool reading = true; reading && !stop;) {
-      RawFrame* frame = nullptr;
-      switch (parts_.queue.next(&frame, kReadTimeout_ms)) {
-        case ReadStatus::kFrame:
-          take(*frame);
-          parts_.queue.release(frame);
-          break;
-        case ReadStatus::kBad:
-          spdlog::warn("frame skipped: {}", parts_.queue.message());
-          break;
-        case ReadStatus::kTimeout:
-          break;
-        case ReadStatus::kEnd:
-          reading = false;
-          break;
-        case ReadStatus::kLost:
-          failure = Failure{Phase::kSourceRead,
-                            {ErrorCode::kIo, "the source was lost: " + std::string(parts_.queue.message())}};
-          reading = false;
-          break;
-      }
-      progress_.update(state(), steady_seconds());
-    }
-    return failure;
-  }
-
-  /// Closes the last fragment and waits for the back thread's last word.
-  void finish() {
-    state_.activity = "sifting";
-    progress_.update(state(), steady_seconds());
-    if (parts_.front_end.finish() != nullptr) parts_.back_worker.submit(last_timestamp_ns_);
-    parts_.back_worker.finish();
-    apply_corrections();
-    progress_.finish(state(), steady_seconds());
-  }
-
-  [[nodiscard]] Span<const OdometryPose> poses() const { return {parts_.poses.data(), pose_count_}; }
-  /// The store of poses(): past its end a run goes on, and its trajectory files end.
-  [[nodiscard]] PoolFigures pose_pool() const {
-    return {"pipeline/poses", static_cast<std::int64_t>(parts_.poses.size()),
-            static_cast<std::int64_t>(pose_count_), poses_refused_};
-  }
-
- private:
-  void take(const RawFrame& raw) {
-    const std::int64_t start = steady_now_ns();
-    const FrontEndResult result =
-        given_ == nullptr
-            ? parts_.front_end.process(raw)
-            : parts_.front_end.process(
-                  raw, given_->track(FrameId{static_cast<std::int32_t>(raw.sequence)}, raw.timestamp_ns));
-    apply_corrections();
-    if (result.tracking.status == TrackingStatus::kLost) {
-      ++figures_.frames.lost;
-    } else {
-      keep(result);
-    }
-    if (result.closed != nullptr) hand_over(raw.timestamp_ns);
-    note_times(result, start, raw);
-    if (state_.frames++ == 0) first_timestamp_ns_ = raw.timestamp_ns;
-    last_timestamp_ns_ = raw.timestamp_ns;
-    figures_.sequence_duration_s = static_cast<double>(last_timestamp_ns_ - first_timestamp_ns_) * 1e-9;
-  }
-
-  void keep(const FrontEndResult& result) {
-    ++figures_.frames.tracked;
-    T_odom_camera_ = result.tracking.T_odom_camera;
-    if (pose_count_ < parts_.poses.size()) {
-      parts_.poses[pose_count_++] = {result.timestamp_ns, T_odom_camera_};
-    } else {
-      ++poses_refused_;
-    }
-    (void)parts_.publisher.publish(
-        PoseRecord{result.timestamp_ns, T_odom_camera_, T_map_odom_, epoch_, result.tracking.information});
-  }
-
-  void hand_over(std::int64_t timestamp_ns) {
-    ++state_.fragments;
-    if (lockstep_) {
-      parts_.back_worker.wait_until_idle();  // a fragment's work is always done when the next one closes
-      apply_corrections();
-    }
-    parts_.back_worker.submit(timestamp_ns);
-  }
-
-  /// At a frame boundary, as DESIGN's data flow has it: what the back thread found becomes the pose's
-  /// correction.
-  void apply_corrections() {
-    if (lockstep_ && parts_.back_worker.backlog() > 0) return;  // when it comes must not depend on timing
-    while (parts_.back_worker.take(&correction_)) {
-      correction_.timestamp_ns = last_timestamp_ns_;
-      correction_.T_odom_camera = T_odom_camera_;
-      correction_.T_map_odom_before = T_map_odom_;
-      T_map_odom_ = correction_.T_map_odom;
-      epoch_ = correction_.epoch;
-      (void)parts_.publisher.publish(correction_);
-    }
-  }
-
-  void note_times(const FrontEndResult& result, std::int64_t start, const RawFrame& raw) {
-    const std::int64_t now = steady_now_ns();
-    figures_[Stage::kOdometry].record_ns(result.times.odometry_ns);
-    figures_[Stage::kFusion].record_ns(result.times.fusion_ns);
-    figures_[Stage::kFrame].record_ns(result.times.preprocess_ns + result.times.odometry_ns +
-                                      result.times.fusion_ns);
-    figures_[Stage::kCaptureToPose].record_ns(now - (raw.captured_ns > 0 ? raw.captured_ns : start));
-  }
-
-  const ProgressState& state() {
-    state_.loops_proposed = parts_.back_worker.loops_proposed();
-    state_.loops_accepted = parts_.back_worker.loops_accepted();
-    return state_;
-  }
-
-  bool lockstep_;
-  Parts& parts_;
-  TrajectoryOdometry* given_;  // null: the built-in odometry
-  RunFigures& figures_;
-  Progress& progress_;
-  ProgressState state_;
-  CorrectionRecord correction_;
-  Se3 T_odom_camera_, T_map_odom_;
-  std::int32_t epoch_ = 0;  // of the correction that T_map_odom_ is
-  std::int64_t first_timestamp_ns_ = 0, last_timestamp_ns_ = 0;
-  std::size_t pose_count_ = 0;
-  std::int64_t poses_refused_ = 0;
-};
-
-Status make_folder(const std::string& path) {
-  std::error_code error;
-  std::filesystem::create_directories(path, error);
-  if (!error) return {};
-  return Error{ErrorCode::kIo, path + ": the folder for the results cannot be made: " + error.message()};
+                      plan->budget.to_text(cap_bytes)}};
 }
 
 /// Nothing for the built-in odometry.
@@ -248,14 +159,7 @@ Expected<std::optional<TrajectoryOdometry>> open_odometry(const Settings& settin
   return std::optional<TrajectoryOdometry>(std::move(*given));
 }
 
-PoolFigures pool(const std::string& name, const FragmentStore::Pool& p, std::int64_t refused) {
-  return {name, static_cast<std::int64_t>(p.capacity), static_cast<std::int64_t>(p.used), refused};
-}
-
-void collect(const Parts& parts, RunFigures* figures) {
-  const FrameQueueCounts counts = parts.queue.counts();
-  figures->frames.received = counts.received + counts.bad;
-  figures->frames.dropped = counts.dropped + counts.bad;
+void collect_back(const Parts& parts, RunFigures* figures) {
   const Sifter& sifter = parts.back_end.sifter();
   figures->loops.proposed = static_cast<std::int64_t>(parts.back_end.proposals().size());
   figures->loops.scored = sifter.counts().scored;
@@ -266,16 +170,174 @@ void collect(const Parts& parts, RunFigures* figures) {
   (*figures)[Stage::kLoopSolve] = sifter.solve_times();
   (*figures)[Stage::kLoopScore] = sifter.score_times();
   (*figures)[Stage::kLoopTest] = sifter.test_times();
-  (*figures)[Stage::kCorrection] = parts.back_worker.correction_times();
   figures->dmp.odometry_m2 = parts.back_end.dmp_odometry();
   figures->dmp.final_m2 = parts.back_end.dmp_final();
   figures->dmp.views = parts.back_end.scorer().view_count();
+}
+
+void collect(const Parts& parts, const Shared& shared, RunFigures* figures) {
+  const FrameQueueCounts counts = parts.queue.counts();
+  const FrontStatus& front = parts.front.status();
+  figures->frames = {counts.received + counts.bad, counts.dropped + counts.bad, front.tracked, front.lost};
+  (*figures)[Stage::kCorrection] = parts.back_worker.correction_times();
   figures->pools = parts.publisher.pools();
-  const FragmentStore& store = parts.store;
-  figures->pools.push_back(pool("store/fragments", store.fragment_pool(), store.refused()));
-  figures->pools.push_back(pool("store/surfels", store.surfel_pool(), 0));
-  figures->pools.push_back(pool("store/frames", store.frame_pool(), 0));
-  figures->pools.push_back(pool("store/views", store.view_pool(), 0));
+  for (const PoolFigures& pool : store_pools(parts.store)) figures->pools.push_back(pool);
+  figures->pools.push_back(parts.front.pose_pool());
+  const auto heap_calls = [&](ThreadRole role) {
+    const std::int64_t calls = shared.monitors[static_cast<std::size_t>(role)].heap_calls();
+    return calls < 0 ? std::nullopt : std::optional(calls);
+  };
+  figures->memory.capture_heap_calls = heap_calls(ThreadRole::kCapture);
+  figures->memory.front_heap_calls = heap_calls(ThreadRole::kFront);
+  figures->memory.publish_heap_calls = heap_calls(ThreadRole::kPublish);
+  if (!heap_is_watched()) return;
+  figures->memory.fence_peak_bytes = parts.back_worker.heap_figures().peak_bytes;
+  figures->memory.fence_refusals = parts.back_worker.heap_figures().refusals;
+}
+
+/// One run, from its threads' start to its results. On the heap: what a thread that hangs still uses is left
+/// where it is.
+class Run {
+ public:
+  Run(const Settings& settings, std::unique_ptr<FrameSource> source, std::optional<TrajectoryOdometry> given,
+      const MemoryPlan& plan)
+      : settings_(settings),
+        source_(std::move(source)),
+        given_(std::move(given)),
+        arena_(plan.arena_bytes),
+        parts_(settings_, *source_, given_ ? &*given_ : nullptr, shared_, arena_) {
+    shared_.figures.source = source_->info().description;
+    shared_.figures.memory.budget_bytes = static_cast<std::int64_t>(plan.budget.total_bytes());
+    shared_.figures.memory.cap_bytes = static_cast<std::int64_t>(mebibytes(settings_.memory.cap_mib));
+  }
+
+  std::optional<Failure> go(RunControl& control, Progress& progress);
+  [[nodiscard]] Status write(double started_s);
+  /// Whether the back thread, or the one that waits for the device, could not be ended.
+  [[nodiscard]] bool thread_left_behind() const { return !capture_joined_ || !back_joined_; }
+
+ private:
+  void prepare();
+  void start_threads(RunControl& control);
+  void wait_for_back(RunControl& control, Supervisor* supervisor);
+  void wait_for_capture();
+
+  Settings settings_;
+  Shared shared_;
+  std::unique_ptr<FrameSource> source_;
+  std::optional<TrajectoryOdometry> given_;
+  Arena arena_;
+  Parts parts_;
+  std::thread capture_, front_;
+  Semaphore front_ended_;
+  ReadStatus source_status_ = ReadStatus::kEnd;
+  bool capture_joined_ = false, back_joined_ = false;
+};
+
+/// What must be asked of the system before the threads start.
+void Run::prepare() {
+  const bool live = settings_.run.rate == Rate::kRealtime || source_->info().live;
+  const RealtimeRights rights = prepare_realtime(settings_.threads, live);
+  if (!rights.warning.empty()) spdlog::warn("{}", rights.warning);
+  const auto plans = thread_plans(settings_, rights);
+  for (std::size_t t = 0; t < kThreadCount; ++t) shared_.monitors[t].set_plan(plans[t]);
+}
+
+void Run::start_threads(RunControl& control) {
+  capture_ = std::thread([this] {
+    ThreadTenure tenure(&shared_[ThreadRole::kCapture]);
+    parts_.source.begin(&tenure);
+    parts_.queue.run();
+    parts_.source.end();
+  });
+  parts_.back_worker.start();
+  front_ = std::thread([this, &control] {
+    {
+      ThreadTenure tenure(&shared_[ThreadRole::kFront]);
+      source_status_ = parts_.front.run(control, &shared_[ThreadRole::kFront], &tenure);
+    }
+    front_ended_.post();
+  });
+}
+
+std::optional<Failure> Run::go(RunControl& control, Progress& progress) {
+  prepare();
+  if (const Status started = parts_.publisher.start(&parts_.store, &shared_[ThreadRole::kPublish]);
+      !started.ok())
+    spdlog::warn("{}", started.error().message);
+  Supervisor supervisor(settings_,
+                        {parts_.queue, parts_.front, parts_.back_worker, parts_.publisher, control,
+                         parts_.store, parts_.back_end, shared_.figures, shared_.monitors,
+                         source_->info().frame_count, shared_.figures.memory.budget_bytes},
+                        progress);
+  start_threads(control);
+  supervisor.ready();
+  while (!front_ended_.wait_until(steady_now_ns() + Supervisor::kTick_ns)) {
+    supervisor.tick();
+    if (control.stop) parts_.back_worker.request_end(Ending::kQuick);  // at rate max the front waits for it
+  }
+  front_.join();
+  supervisor.finishing();
+  parts_.queue.stop();
+  parts_.front.close_last();
+  wait_for_back(control, &supervisor);
+  parts_.front.apply_corrections();
+  wait_for_capture();
+  parts_.publisher.stop();
+  supervisor.ended();
+  if (source_status_ != ReadStatus::kLost) return std::nullopt;
+  return Failure{Phase::kSourceRead,
+                 {ErrorCode::kIo, "the source was lost: " + std::string(parts_.front.message())}};
+}
+
+void Run::wait_for_back(RunControl& control, Supervisor* supervisor) {
+  BackWorker& back = parts_.back_worker;
+  back.request_end(Ending::kThorough);
+  std::int64_t stopped_ns = 0;
+  while (!back.ended()) {
+    const std::int64_t now = steady_now_ns();
+    if (control.stop && stopped_ns == 0) {
+      stopped_ns = now;
+      back.request_end(Ending::kQuick);
+    }
+    const double waited_s = stopped_ns == 0 ? 0.0 : static_cast<double>(now - stopped_ns) * 1e-9;
+    if (waited_s > settings_.watchdog.stop_s) back.abandon();
+    if (back.disabled() && shared_[ThreadRole::kBack].running() && !back.ended()) return;
+    supervisor->tick();
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  back.join();
+  back_joined_ = true;
+}
+
+/// A driver that waits for its device for ever must not keep the results from being written.
+void Run::wait_for_capture() {
+  constexpr int kPatience_ms = 500;
+  for (int waited = 0; shared_[ThreadRole::kCapture].running() && waited < kPatience_ms; waited += 10)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  if (shared_[ThreadRole::kCapture].running()) return;
+  capture_.join();
+  capture_joined_ = true;
+}
+
+Status Run::write(double started_s) {
+  RunFigures& figures = shared_.figures;
+  collect(parts_, shared_, &figures);
+  const bool back_end_is_whole = back_joined_ && !parts_.back_worker.disabled();
+  if (back_end_is_whole) collect_back(parts_, &figures);
+  const std::string& out = settings_.run.out;
+  if (out.empty()) return {};
+  const FrontLoop& front = parts_.front;
+  Status written =
+      back_end_is_whole
+          ? write_results(out, parts_.back_end, front.poses(), parts_.store.fragments())
+          : write_front_results(out, front.T_map_odom(), front.poses(), parts_.store.fragments());
+  if (!back_end_is_whole)
+    spdlog::warn("the back thread did not end: the results are the odometry's, moved by the last correction");
+  figures.memory.peak_rss_bytes = peak_rss_bytes();
+  figures.wall_s = steady_seconds() - started_s;
+  const Status report = write_run_report(out + "/run.json", figures);
+  return written.ok() ? report : written;
 }
 
 }  // namespace
@@ -284,48 +346,33 @@ std::optional<Failure> plan_memory(const Settings& settings, MemoryBudget* budge
   const std::string uri = settings.run.source.empty() ? kUsualSource : settings.run.source;
   const auto source = open_source(uri, source_options(settings));
   if (!source.ok()) return Failure{Phase::kSourceOpen, source.error()};
-  return measure(settings, **source, budget);
+  MemoryPlan plan;
+  std::optional<Failure> failure = measure(settings, **source, &plan);
+  *budget = std::move(plan.budget);
+  return failure;
 }
 
-std::optional<Failure> run(const Settings& settings, const std::atomic<bool>& stop, Progress* progress) {
+RunEnd run(const Settings& settings, RunControl& control, Progress* progress) {
   const double started_s = steady_seconds();
-  const auto source = open_source(settings.run.source, source_options(settings));
-  if (!source.ok()) return Failure{Phase::kSourceOpen, source.error()};
+  limit_stacks();
+  auto source = open_source(settings.run.source, source_options(settings));
+  if (!source.ok()) return {Failure{Phase::kSourceOpen, source.error()}};
   auto odometry = open_odometry(settings);
-  if (!odometry.ok()) return Failure{Phase::kSourceOpen, odometry.error()};
-  MemoryBudget budget;
-  if (auto failure = measure(settings, **source, &budget)) return failure;
+  if (!odometry.ok()) return {Failure{Phase::kSourceOpen, odometry.error()}};
+  MemoryPlan plan;
+  if (auto failure = measure(settings, **source, &plan)) return {failure};
+  spdlog::info("memory:\n{}", plan.budget.to_text(mebibytes(settings.memory.cap_mib)));
   if (!settings.run.out.empty())
     if (const Status made = make_folder(settings.run.out); !made.ok())
-      return Failure{Phase::kRun, made.error()};
-
-  Arena arena(budget.total_bytes());
-  Parts parts(settings, **source, arena);
-  if (const Status started = parts.publisher.start(&parts.store); !started.ok())
-    spdlog::warn("{}", started.error().message);
-
-  RunFigures figures;
-  figures.source = (*source)->info().description;
-  FrontLoop front(settings, parts, odometry->has_value() ? &**odometry : nullptr, &figures, progress);
-  parts.queue.start();
-  parts.back_worker.start();
-  std::optional<Failure> failure = front.run(stop, (*source)->info().frame_count);
-  parts.queue.stop();
-  front.finish();
-  parts.publisher.stop();
-
-  collect(parts, &figures);
-  figures.pools.push_back(front.pose_pool());
-  figures.memory.budget_bytes = static_cast<std::int64_t>(budget.total_bytes());
-  figures.memory.cap_bytes = std::int64_t{settings.memory.cap_mib} << 20;
-  if (settings.run.out.empty()) return failure;
-  Status written = write_results(settings.run.out, parts.back_end, front.poses(), parts.store.fragments());
-  figures.memory.peak_rss_bytes = peak_rss_bytes();
-  figures.wall_s = steady_seconds() - started_s;
-  const Status report = write_run_report(settings.run.out + "/run.json", figures);
-  if (written.ok()) written = report;
-  if (!written.ok() && !failure) failure = Failure{Phase::kRun, written.error()};
-  return failure;
+      return {Failure{Phase::kRun, made.error()}};
+  warm_heap(mebibytes(settings.memory.back_heap_mib));
+  auto one = std::make_unique<Run>(settings, std::move(*source), std::move(*odometry), plan);
+  RunEnd end{one->go(control, *progress)};
+  if (const Status written = one->write(started_s); !written.ok() && !end.failure)
+    end.failure = Failure{Phase::kRun, written.error()};
+  end.thread_left_behind = one->thread_left_behind();
+  if (end.thread_left_behind) (void)one.release();
+  return end;
 }
 
 }  // namespace loopsift

@@ -17,7 +17,7 @@ namespace loopsift {
 
 struct StoreOptions {
   int max_fragments = 360;
-  int max_surfels = 2000000;   ///< of all fragments
+  int max_surfels = 1750000;   ///< of all fragments
   int max_frames = 18000;      ///< of all fragments
   int max_views = 720;         ///< of all fragments
   int max_view_pixels = 4800;  ///< of one view
@@ -56,8 +56,8 @@ class FragmentStore {
   Span<ScoreView> views_;
   Span<float> view_pixels_;
   std::atomic<std::size_t> used_fragments_{0};
-  std::size_t used_surfels_ = 0, used_frames_ = 0, used_views_ = 0;
-  int refused_ = 0;
+  std::atomic<std::size_t> used_surfels_{0}, used_frames_{0}, used_views_{0};  // any thread may read them
+  std::atomic<int> refused_{0};
 };
 
 }  // namespace loopsift

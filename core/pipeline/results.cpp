@@ -46,6 +46,18 @@ Status write_loops_csv(const std::string& path, const std::vector<SiftedLoop>& r
   return {};
 }
 
+// The first failure of several steps.
+class FirstFailure {
+ public:
+  void note(const Status& status) {
+    if (status_.ok() && !status.ok()) status_ = status;
+  }
+  [[nodiscard]] const Status& status() const { return status_; }
+
+ private:
+  Status status_;
+};
+
 }  // namespace
 
 std::vector<Se3> map_poses(const BackEnd& back_end, Span<const Fragment> fragments) {
@@ -58,10 +70,8 @@ std::vector<Se3> map_poses(const BackEnd& back_end, Span<const Fragment> fragmen
 
 Status write_results(const std::string& out, const BackEnd& back_end, Span<const OdometryPose> frames,
                      Span<const Fragment> fragments) {
-  Status first;
-  const auto note = [&first](const Status& status) {
-    if (first.ok() && !status.ok()) first = status;
-  };
+  FirstFailure failure;
+  const auto note = [&failure](const Status& status) { failure.note(status); };
   const Sifter& sifter = back_end.sifter();
   const int count = back_end.fragment_count();
   note(write_trajectory_tum(out + "/trajectory_odometry.txt", odometry_trajectory(frames)));
@@ -73,7 +83,20 @@ Status write_results(const std::string& out, const BackEnd& back_end, Span<const
   note(write_g2o(out + "/posegraph.g2o", sifter.graph()));
   const std::vector<Se3> poses = map_poses(back_end, fragments);
   note(write_surfel_ply(out + "/map.ply", fragments, poses));
-  return first;
+  return failure.status();
+}
+
+Status write_front_results(const std::string& out, const Se3& T_map_odom, Span<const OdometryPose> frames,
+                           Span<const Fragment> fragments) {
+  FirstFailure failure;
+  Trajectory trajectory = odometry_trajectory(frames);
+  failure.note(write_trajectory_tum(out + "/trajectory_odometry.txt", trajectory));
+  for (StampedPose& pose : trajectory.poses) pose.T_world_camera = T_map_odom * pose.T_world_camera;
+  failure.note(write_trajectory_tum(out + "/trajectory.txt", trajectory));
+  std::vector<Se3> poses;
+  for (const Fragment& fragment : fragments) poses.push_back(T_map_odom * fragment.T_odom_fragment);
+  failure.note(write_surfel_ply(out + "/map.ply", fragments, poses));
+  return failure.status();
 }
 
 }  // namespace loopsift

@@ -21,4 +21,9 @@ namespace loopsift {
 [[nodiscard]] Status write_results(const std::string& out, const BackEnd& back_end,
                                    Span<const OdometryPose> frames, Span<const Fragment> fragments);
 
+/// What can be written without a back end, whose state is not known: trajectory_odometry.txt, and
+/// trajectory.txt and map.ply as the odometry has them, moved by one correction.
+[[nodiscard]] Status write_front_results(const std::string& out, const Se3& T_map_odom,
+                                         Span<const OdometryPose> frames, Span<const Fragment> fragments);
+
 }  // namespace loopsift

@@ -17,44 +17,12 @@ namespace {
 
 constexpr std::size_t kHeadBytes =
     std::size_t{64} * 1024;  // room for a file's other content beside the pixels
-constexpr const char* kWrongSize = "the image has another size than the camera";
 
 // An image file is never larger than its pixels and a little: zlib and JPEG fall back to storing them.
 std::size_t largest_file(ImageSize size, std::size_t bytes_per_pixel) {
   const std::size_t pixels =
       static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height) * bytes_per_pixel;
   return pixels + pixels / 8 + kHeadBytes;
-}
-
-bool is_png(Span<const std::uint8_t> file) {
-  return file.size() >= 8 && std::memcmp(file.data(), "\x89PNG\r\n\x1a\n", 8) == 0;
-}
-bool is_jpeg(Span<const std::uint8_t> file) { return file.size() >= 2 && file[0] == 0xFF && file[1] == 0xD8; }
-
-const char* decode_png_rgb(Span<const std::uint8_t> file, const ImageView<Rgb8>& image) {
-  png_image png{};
-  png.version = PNG_IMAGE_VERSION;
-  if (png_image_begin_read_from_memory(&png, file.data(), file.size()) == 0) return "the PNG is corrupt";
-  const bool fits =
-      png.width == static_cast<unsigned>(image.width) && png.height == static_cast<unsigned>(image.height);
-  png.format = PNG_FORMAT_RGB;
-  const bool good = fits && png_image_finish_read(&png, nullptr, image.data, 3 * image.stride, nullptr) != 0;
-  png_image_free(&png);
-  if (!fits) return kWrongSize;
-  return good ? nullptr : "the PNG is truncated or corrupt";
-}
-
-const char* decode_jpeg(void* decoder, Span<const std::uint8_t> file, const ImageView<Rgb8>& image) {
-  int width = 0, height = 0, subsampling = 0, colors = 0;
-  const auto size = static_cast<unsigned long>(file.size());
-  if (tjDecompressHeader3(decoder, file.data(), size, &width, &height, &subsampling, &colors) != 0) {
-    return "the JPEG is truncated or corrupt";
-  }
-  if (width != image.width || height != image.height) return kWrongSize;
-  // A warning (a truncated file decodes to grey from there on) counts as failure too.
-  const int result =
-      tjDecompress2(decoder, file.data(), size, &image.data->r, width, 3 * image.stride, height, TJPF_RGB, 0);
-  return result == 0 ? nullptr : "the JPEG is truncated or corrupt";
 }
 
 // At most `bytes` of a file into `buffer`, by one read in the common case; −1 and errno on failure.
@@ -74,11 +42,9 @@ std::ptrdiff_t read_file(const std::string& path, std::uint8_t* buffer, std::siz
 }  // namespace
 
 ImageReader::ImageReader(ImageSize depth, ImageSize color)
-    : file_(std::max(largest_file(depth, 2), largest_file(color, 3))), jpeg_(tjInitDecompress()) {
+    : file_(std::max(largest_file(depth, 2), largest_file(color, 3))), color_(color.width, color.height) {
   png16_.reserve(depth.width, depth.height);
 }
-
-ImageReader::~ImageReader() { tjDestroy(jpeg_); }
 
 const char* ImageReader::load(const std::string& path, Span<const std::uint8_t>* file) {
   const std::ptrdiff_t size = read_file(path, file_.data(), file_.size());
@@ -98,13 +64,7 @@ const char* ImageReader::read_depth(const std::string& path, const ImageView<std
 const char* ImageReader::read_color(const std::string& path, const ImageView<Rgb8>& image) {
   Span<const std::uint8_t> file;
   if (const char* problem = load(path, &file)) return problem;
-  return decode_color(file, image);
-}
-
-const char* ImageReader::decode_color(Span<const std::uint8_t> file, const ImageView<Rgb8>& image) {
-  if (is_png(file)) return decode_png_rgb(file, image);
-  if (is_jpeg(file)) return decode_jpeg(jpeg_, file, image);
-  return "the image is neither PNG nor JPEG";
+  return color_.decode(file, image);
 }
 
 ImageSize jpeg_size(Span<const std::uint8_t> file) {

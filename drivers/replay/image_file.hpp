@@ -10,6 +10,7 @@
 #include "core/base/result.hpp"
 #include "core/base/span.hpp"
 #include "core/geometry/image.hpp"
+#include "drivers/replay/color_image.hpp"
 #include "drivers/replay/png16.hpp"
 
 namespace loopsift {
@@ -19,29 +20,27 @@ struct ImageSize {
   int height = 0;
 };
 
-/// Reads and decodes image files. One thread. The scratch memory is taken in the constructor; past it only
-/// libpng (colour PNG) and libturbojpeg allocate.
+/// Reads and decodes image files. One thread. All memory is taken in the constructor.
 class ImageReader {
  public:
   /// For depth images of up to `depth` and colour images of up to `color` pixels (0 × 0: none).
   ImageReader(ImageSize depth, ImageSize color);
-  ~ImageReader();
-  ImageReader(const ImageReader&) = delete;
-  ImageReader& operator=(const ImageReader&) = delete;
 
   /// The file decoded into `image`, whose size it must have. Null, or what is wrong (static text, without the
   /// name).
   [[nodiscard]] const char* read_depth(const std::string& path, const ImageView<std::uint16_t>& image);
   [[nodiscard]] const char* read_color(const std::string& path, const ImageView<Rgb8>& image);
   /// A colour image that is in memory already.
-  [[nodiscard]] const char* decode_color(Span<const std::uint8_t> file, const ImageView<Rgb8>& image);
+  [[nodiscard]] const char* decode_color(Span<const std::uint8_t> file, const ImageView<Rgb8>& image) {
+    return color_.decode(file, image);
+  }
 
  private:
   [[nodiscard]] const char* load(const std::string& path, Span<const std::uint8_t>* file);
 
   Png16Decoder png16_;
   std::vector<std::uint8_t> file_;  // the last file's bytes
-  void* jpeg_ = nullptr;            // tjhandle
+  ColorDecoder color_;
 };
 
 /// Width and height from the head of a PNG or JPEG file; set-up only. Errors name the file.

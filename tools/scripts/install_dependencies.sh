@@ -9,7 +9,7 @@ packages=(
   build-essential cmake ninja-build ccache pkg-config git
   # libraries
   libeigen3-dev libceres-dev libembree-dev libnanoflann-dev
-  libpng-dev libturbojpeg0-dev zlib1g-dev
+  libjpeg-dev libpng-dev libturbojpeg0-dev zlib1g-dev
   liblcm-dev liblcm-bin libglib2.0-dev
   libtomlplusplus-dev libcli11-dev libspdlog-dev nlohmann-json3-dev
   # tests, benchmarks and checks
