@@ -66,6 +66,7 @@ void Publisher::Impl::send_loops() {
     const auto id = static_cast<std::size_t>(loop.id);
     if (loop.id >= 0 && id < loop_table.size()) {
       for (; loop_count <= loop.id; ++loop_count) loop_table[static_cast<std::size_t>(loop_count)].id = -1;
+      if (loop_table[id].id < 0) ++loops_decided;
       loop_table[id] = loop;
     }
     send(loop);
@@ -90,6 +91,7 @@ void Publisher::Impl::send_health() {
   while (health.pop(&newest)) any = true;
   if (!any) return;
   fill(&health_message, newest);
+  health_message.loops_decided = loops_decided;
   health_message.graph_version = graph.newest().version;
   std::int64_t all = 0;
   for (const auto& count : sent) all += count.load(std::memory_order_relaxed);

@@ -108,7 +108,8 @@ struct Publisher::Impl {
   BodyVelocity velocity;
   CovarianceTracker covariance;
   WantedChunks wanted;
-  std::int32_t loop_count = 0;  // one more than the highest id in the table
+  std::int32_t loop_count = 0;     // one more than the highest id in the table
+  std::int32_t loops_decided = 0;  // in the table
   Pacer pacer;
   std::int32_t graph_epoch_sent = 0;
   std::int64_t graph_sent_ns = 0;

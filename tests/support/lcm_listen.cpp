@@ -12,7 +12,11 @@
 #include <cstdint>
 #include <cstdio>
 #include <loopsift/correction_t.hpp>
+#include <loopsift/fragment_t.hpp>
+#include <loopsift/graph_t.hpp>
+#include <loopsift/health_t.hpp>
 #include <loopsift/loop_t.hpp>
+#include <loopsift/pose_t.hpp>
 #include <map>
 #include <string>
 
@@ -38,6 +42,10 @@ bool is_transform(const double (&trans)[3], const double (&quat)[4]) {
 bool makes_sense(const bot_core::pose_t& m) { return is_transform(m.pos, m.orientation); }
 bool makes_sense(const bot_frames::update_t& m) { return is_transform(m.trans, m.quat) && !m.frame.empty(); }
 bool makes_sense(const loopsift::loop_t& m) { return is_transform(m.T_i_j.trans, m.T_i_j.quat) && m.id >= 0; }
+bool makes_sense(const loopsift::pose_t& m) { return is_transform(m.T_map_body.trans, m.T_map_body.quat); }
+bool makes_sense(const loopsift::fragment_t& m) { return m.n >= 0 && m.chunk < m.chunk_count; }
+bool makes_sense(const loopsift::graph_t& m) { return m.version > 0 && m.chunk < m.chunk_count; }
+bool makes_sense(const loopsift::health_t& m) { return m.uptime_s >= 0 && m.n_latency > 0; }
 bool makes_sense(const loopsift::correction_t& m) {
   return is_transform(m.T_map_odom.trans, m.T_map_odom.quat) && m.epoch > 0;
 }
@@ -64,11 +72,18 @@ void receive(const lcm_recv_buf_t* received, const char* channel_name, void* use
   if (ends_with(channel, "LOOPSIFT_CORRECTION")) good = check<loopsift::correction_t>(*received, &utime);
   if (ends_with(channel, "LOOPSIFT_UPDATE")) good = check<bot_frames::update_t>(*received, &utime);
   if (ends_with(channel, "LOOPSIFT_LOOP")) good = check<loopsift::loop_t>(*received, &utime);
-  if (ends_with(channel, "POSE") || ends_with(channel, "POSE_ODOM"))
+  if (ends_with(channel, "LOOPSIFT_FRAGMENT")) good = check<loopsift::fragment_t>(*received, &utime);
+  if (ends_with(channel, "LOOPSIFT_GRAPH")) good = check<loopsift::graph_t>(*received, &utime);
+  if (ends_with(channel, "LOOPSIFT_HEALTH")) good = check<loopsift::health_t>(*received, &utime);
+  if (ends_with(channel, "LOOPSIFT_POSE")) {
+    good = check<loopsift::pose_t>(*received, &utime);
+  } else if (ends_with(channel, "POSE") || ends_with(channel, "POSE_ODOM"))
     good = check<bot_core::pose_t>(*received, &utime);
   ++tally.count;
   if (!good) ++tally.bad;
-  if (utime <= tally.last_utime && !ends_with(channel, "LOOPSIFT_LOOP")) ++tally.out_of_order;
+  const bool many_of_one_time =
+      ends_with(channel, "LOOP") || ends_with(channel, "FRAGMENT") || ends_with(channel, "GRAPH");
+  if (utime <= tally.last_utime && !many_of_one_time) ++tally.out_of_order;
   tally.last_utime = utime;
 }
 

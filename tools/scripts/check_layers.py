@@ -7,6 +7,7 @@
              drivers/ (the list of all drivers) include several drivers
   tools/     everything but firmware_app
   firmware_app is included by itself and its tests alone
+  subscriber includes itself and LCM alone
   LCM, Ceres and camera headers stay where LIBRARY_RULES says
 """
 import argparse
@@ -16,14 +17,14 @@ import sys
 
 CORE_PARTS = ["base", "geometry", "frame", "odometry", "fragment", "proposal", "posegraph", "posterior", "sifter",
               "pipeline"]
-TOP_FOLDERS = ["core", "drivers", "firmware_app", "msgs", "tests", "tools"]
+TOP_FOLDERS = ["core", "drivers", "firmware_app", "msgs", "subscriber", "tests", "tools"]
 SUFFIXES = (".hpp", ".cpp", ".h")
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
 
 # (name, pattern of the header, where it may be included: path prefixes)
 LIBRARY_RULES = [
     ("LCM", re.compile(r"^(lcm/|bot_core/|bot_frames/|loopsift/|lcmtypes/|msgs/)"),
-     ("firmware_app/publisher", "drivers/lcm/", "msgs/", "tests/")),
+     ("firmware_app/publisher", "drivers/lcm/", "msgs/", "subscriber/", "tools/loopsift_tool/bus/", "tests/")),
     ("Ceres", re.compile(r"^ceres/"), ("core/posegraph/",)),
     ("OpenNI2", re.compile(r"^(openni2/|OpenNI\.h|Driver/OniDriver|OniDriver)"),
      ("drivers/openni2/", "tests/support/")),
@@ -69,6 +70,8 @@ def project_violation(parts, header_parts):
         return core_violation(parts, header_parts)
     if parts[0] == "drivers":
         return driver_violation(parts, header_parts)
+    if parts[0] == "subscriber":
+        return "subscriber includes only itself and LCM"
     if header_parts[0] == "firmware_app" and parts[0] not in ("firmware_app", "tests"):
         return "nobody includes firmware_app"
     if header_parts[0] == "tests" and parts[0] != "tests":
