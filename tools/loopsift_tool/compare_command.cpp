@@ -1,175 +1,156 @@
 // SPDX-License-Identifier: MIT
-// The same loops through published filters and through ours, in one table.
+// The same loops through published filters and through ours, in one table; and how each holds up in a sweep.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
-#include <optional>
-#include <set>
 
-#include "core/base/steady_time.hpp"
 #include "core/sifter/map_trial.hpp"
-#include "tools/evaluation/trajectory_error.hpp"
+#include "drivers/synth/mesh_io.hpp"
+#include "tools/evaluation/surface_error.hpp"
 #include "tools/loopsift_tool/command_support.hpp"
 #include "tools/loopsift_tool/commands.hpp"
-#include "tools/loopsift_tool/filters/filter.hpp"
+#include "tools/loopsift_tool/comparison/sweep.hpp"
+#include "tools/loopsift_tool/comparison/task_pool.hpp"
 #include "tools/loopsift_tool/sift_arguments.hpp"
 
 namespace loopsift::tool {
 namespace {
 
-constexpr double kTrueWithin_m = 0.10;
-constexpr double kTrueWithin_rad = 5.0 * 3.14159265358979 / 180.0;
-constexpr double kMaxGap_s = 0.1;  // of ground truth by time, as of odometry
+using Json = nlohmann::ordered_json;
 
 struct CompareOptions {
   SiftArguments arguments;
-  std::string gt;
+  TruthFiles truth;
+  std::string gt_mesh, sweep_csv;
+  SweepOptions sweep;
 };
 
-/// What a filter left: the loops that it kept, and the poses of all nodes.
-struct Outcome {
-  std::string filter;
-  std::set<int> accepted;
-  std::vector<Se3> T_map_node;
-  double wall_s = 0;
-};
+Json number(const std::optional<double>& value) { return value ? Json(*value) : Json(nullptr); }
 
-/// The true poses of the frames, where there are any.
-class Truth {
- public:
-  explicit Truth(Trajectory trajectory) : trajectory_(std::move(trajectory)) {}
-  [[nodiscard]] bool pose(const FragmentFrame& frame, Se3* T_gt_camera) const {
-    if (trajectory_.indexed) return trajectory_.at(frame.frame.value, 1.0, T_gt_camera);
-    return trajectory_.at(1e-9 * static_cast<double>(frame.timestamp_ns), kMaxGap_s, T_gt_camera);
+/// Mean distance of the map to the true surface, the trajectories aligned.
+Expected<double> surface_distance(const ContestInput& input, const std::vector<Se3>& T_map_fragment,
+                                  const std::vector<PosePair>& pairs, const TriangleMesh& mesh) {
+  std::vector<Eigen::Vector3f> points;
+  const Se3 T_gt_map = align(pairs);
+  for (const Fragment& fragment : input.map->fragments()) {
+    const Se3f T_gt_fragment(T_gt_map * T_map_fragment[fragment.id.index()]);
+    const SurfelSpan& s = fragment.surfels;
+    for (std::size_t k = 0; k < s.size(); ++k)
+      points.push_back(T_gt_fragment * Eigen::Vector3f(s.x[k], s.y[k], s.z[k]));
   }
-
- private:
-  Trajectory trajectory_;
-};
-
-/// Which loops are true, by id: within 0.10 m and 5° of the true motion between the fragments' first cameras.
-Expected<std::set<int>> true_loops(const std::vector<Loop>& loops, Span<const Fragment> fragments,
-                                   const Truth& truth) {
-  std::set<int> ids;
-  for (const Loop& loop : loops) {
-    Se3 T_gt_i, T_gt_j;
-    for (const auto& [fragment, pose] : {std::pair{loop.i, &T_gt_i}, std::pair{loop.j, &T_gt_j}}) {
-      if (!truth.pose(fragments[fragment.index()].frames[0], pose))
-        return Error{ErrorCode::kFormat, "--gt: no true pose for the first frame of fragment " +
-                                             std::to_string(fragment.value) +
-                                             ", which a loop joins; give the whole ground truth"};
-    }
-    const Se3 error = (T_gt_i.inverse() * T_gt_j).inverse() * loop.T_i_j;
-    if (error.translation().norm() <= kTrueWithin_m && error.angle() <= kTrueWithin_rad)
-      ids.insert(loop.id.value);
-  }
-  return ids;
+  auto distances = distances_to_mesh(points, mesh.vertices, mesh.triangles);
+  if (!distances) return distances.error();
+  const auto error = summarize_distances(std::move(*distances));
+  if (!error) return error.error();
+  return error->mean_m;
 }
 
-/// Corrected against true poses, of the frames that have both.
-std::vector<PosePair> pose_pairs(const OfflineMap& map, const PoseGraph& odometry, const Outcome& outcome,
-                                 const Truth& truth) {
-  const Trajectory corrected = corrected_trajectory(map.frames(), odometry, outcome.T_map_node);
-  std::vector<PosePair> pairs;
-  std::size_t k = 0;
-  for (const Fragment& fragment : map.fragments()) {
-    for (const FragmentFrame& frame : fragment.frames) {
-      const StampedPose& pose = corrected.poses[k++];
-      Se3 T_gt_camera;
-      if (truth.pose(frame, &T_gt_camera)) pairs.push_back({pose.time_s, T_gt_camera, pose.T_world_camera});
-    }
-  }
-  return pairs;
-}
-
-Expected<std::vector<Outcome>> run_published(const PoseGraph& odometry, const std::vector<Loop>& loops) {
-  std::vector<Outcome> outcomes;
-  for (const NamedFilter& filter : published_filters()) {
-    const std::int64_t begin = steady_now_ns();
-    const Expected<FilterResult> result = filter.run(odometry, loops);
-    if (!result) return Error{result.error().code, std::string(filter.name) + ": " + result.error().message};
-    Outcome outcome{filter.name, {}, result->graph.T_map_node, 1e-9 * double(steady_now_ns() - begin)};
-    for (const LoopId id : result->accepted) outcome.accepted.insert(id.value);
-    outcomes.push_back(std::move(outcome));
-  }
+std::vector<Outcome> run_all_contestants(const ContestInput& input) {
+  std::vector<Outcome> outcomes(contestants().size());
+  std::vector<std::function<void()>> tasks;
+  for (std::size_t c = 0; c < outcomes.size(); ++c)
+    tasks.emplace_back([&, c] { outcomes[c] = contestants()[c].run(input); });
+  run_tasks("filters done:", tasks);
   return outcomes;
 }
 
-Outcome run_ours(const char* name, const std::vector<Loop>& loops, BackEnd* back_end) {
-  Outcome outcome{name, {}, {}, sift_all(loops, back_end)};
-  outcome.T_map_node = back_end->sifter().T_map_node();
-  for (const Loop& loop : back_end->sifter().accepted()) outcome.accepted.insert(loop.id.value);
-  return outcome;
-}
-
-nlohmann::ordered_json fraction(std::size_t part, std::size_t whole) {
-  if (whole == 0) return nullptr;  // of nothing
-  return static_cast<double>(part) / static_cast<double>(whole);
-}
-
-nlohmann::ordered_json row(const Outcome& outcome, const std::set<int>& all_true,
-                           const std::vector<PosePair>& pairs, double dmp) {
-  std::size_t correct = 0;
-  for (const int id : outcome.accepted) correct += all_true.count(id);
-  return {{"filter", outcome.filter},
-          {"accepted", outcome.accepted.size()},
-          {"precision", fraction(correct, outcome.accepted.size())},
-          {"recall", fraction(correct, all_true.size())},
-          {"ate_rmse_m", trajectory_error(pairs).ate_rmse_m},
-          {"dmp", dmp},
-          {"wall_s", outcome.wall_s}};
-}
-
-void print_table(const nlohmann::ordered_json& rows, std::size_t loops, std::size_t true_count) {
-  std::printf("%zu loops, %zu of them true\n", loops, true_count);
-  std::printf("%-28s %8s %9s %7s %10s %10s %8s\n", "filter", "accepted", "precision", "recall", "ATE m",
-              "DMP m^2", "wall s");
-  const auto text = [](const nlohmann::ordered_json& value) {
-    char number[16] = "-";
-    if (!value.is_null()) std::snprintf(number, sizeof number, "%.3f", value.get<double>());
-    return std::string(number);
-  };
-  for (const auto& r : rows) {
-    std::printf("%-28s %8d %9s %7s %10.4f %10.4f %8.2f\n", r["filter"].get<std::string>().c_str(),
-                r["accepted"].get<int>(), text(r["precision"]).c_str(), text(r["recall"]).c_str(),
-                r["ate_rmse_m"].get<double>(), r["dmp"].get<double>(), r["wall_s"].get<double>());
-  }
-}
-
-Expected<nlohmann::ordered_json> compare_all(const SiftInput& input, const Truth& truth,
-                                             const std::set<int>& all_true) {
-  BackEnd& posterior = input.map->back_end(0);
-  const PoseGraph& odometry = posterior.calibrated_graph();  // the same weights for every filter
-  auto outcomes = run_published(odometry, input.loops);
-  if (!outcomes) return outcomes.error();
-  outcomes->push_back(run_ours("loopsift", input.loops, &posterior));
-  outcomes->push_back(run_ours("loopsift_plain", input.loops, &input.map->back_end(1)));
-  nlohmann::ordered_json rows = nlohmann::ordered_json::array();
-  for (const Outcome& outcome : *outcomes) {
-    const std::vector<PosePair> pairs = pose_pairs(*input.map, odometry, outcome, truth);
-    if (pairs.size() < 3)
-      return Error{ErrorCode::kFormat, "--gt: fewer than 3 frames of the recording have a true pose"};
-    const std::vector<Se3> poses = fragment_poses(odometry, outcome.T_map_node);
-    rows.push_back(row(outcome, all_true, pairs, posterior.scorer().score(poses, ScoreKind::kPlain).value));
+Expected<Json> table(const ContestInput& input, const Truth& truth, const MapScorer& scorer,
+                     const std::optional<TriangleMesh>& mesh) {
+  const std::vector<Outcome> outcomes = run_all_contestants(input);
+  Json rows = Json::array();
+  for (std::size_t c = 0; c < outcomes.size(); ++c) {
+    const Figures figures = judge(input, truth, outcomes[c]);
+    if (truth.has_trajectory() && !figures.ate_rmse_m)
+      return Error{ErrorCode::kFormat,
+                   "--gt: fewer than 3 frames of the recording have a true pose; do the "
+                   "two overlap in time?"};
+    const std::vector<Se3> poses = fragment_poses(input.odometry, outcomes[c].T_map_node);
+    Json row = {{"filter", contestants()[c].name},
+                {"accepted", figures.accepted},
+                {"precision", number(figures.precision)},
+                {"recall", number(figures.recall)},
+                {"ate_rmse_m", number(figures.ate_rmse_m)}};
+    if (mesh) {
+      const auto distance = surface_distance(input, poses, pose_pairs(input, truth, outcomes[c]), *mesh);
+      if (!distance) return distance.error();
+      row["surface_mean_m"] = *distance;
+    }
+    row["dmp"] = scorer.score(poses, ScoreKind::kPlain).value;
+    row["wall_s"] = outcomes[c].wall_s;
+    if (!outcomes[c].failure.empty()) row["failure"] = outcomes[c].failure;
+    rows.push_back(std::move(row));
   }
   return rows;
 }
 
+std::string text(const Json& row, const char* key, const char* format) {
+  char number[32] = "-";
+  if (row.contains(key) && row[key].is_number())
+    std::snprintf(number, sizeof number, format, row[key].get<double>());
+  return number;
+}
+
+void print_table(const Json& rows, const ContestInput& input) {
+  std::printf("%zu loops, %zu of them true\n", input.loops.size(), input.true_ids.size());
+  std::printf("%-28s %8s %9s %7s %9s %10s %10s %8s\n", "filter", "accepted", "precision", "recall", "ATE m",
+              "surface m", "DMP m^2", "wall s");
+  for (const Json& r : rows) {
+    std::printf("%-28s %8d %9s %7s %9s %10s %10s %8s\n", r["filter"].get<std::string>().c_str(),
+                r["accepted"].get<int>(), text(r, "precision", "%.3f").c_str(),
+                text(r, "recall", "%.3f").c_str(), text(r, "ate_rmse_m", "%.4f").c_str(),
+                text(r, "surface_mean_m", "%.4f").c_str(), text(r, "dmp", "%.4f").c_str(),
+                text(r, "wall_s", "%.2f").c_str());
+    if (r.contains("failure"))
+      std::fprintf(stderr, "loopsift-tool: %s gave no result: %s\n", r["filter"].get<std::string>().c_str(),
+                   r["failure"].get<std::string>().c_str());
+  }
+}
+
+Status sweep(const CompareOptions& options, const ContestInput& input, const Truth& truth) {
+  const auto rows = run_sweep(input, truth, options.sweep);
+  if (!rows) return rows.error();
+  if (Status written = write_sweep_csv(options.sweep_csv, *rows); !written) return written;
+  std::printf("sweep: %zu runs in %s; tools/scripts/plot_compare.py draws them\n", rows->size(),
+              options.sweep_csv.c_str());
+  return {};
+}
+
+Status check(const CompareOptions& options) {
+  if (!options.gt_mesh.empty() && options.truth.trajectory.empty())
+    return Error{ErrorCode::kUsage, "--gt-mesh needs --gt, the true trajectory in the mesh's frame"};
+  if (options.sweep_csv.empty()) return {};
+  if (options.truth.trajectory.empty())
+    return Error{ErrorCode::kUsage,
+                 "--sweep makes false loops, for which it needs the true trajectory: --gt"};
+  return validate(options.sweep);
+}
+
 int compare(CompareOptions options) {
-  options.arguments.map.back_ends = {ScoreKind::kPosterior, ScoreKind::kPlain};
-  auto gt = read_trajectory(options.gt);
-  if (!gt) return fail(gt.error());
-  const Truth truth(std::move(*gt));
-  SiftInput input;
+  if (const Status checked = check(options); !checked) return fail(checked.error());
+  const auto truth = Truth::read(options.truth);
+  if (!truth) return fail(truth.error());
+  std::optional<TriangleMesh> mesh;
+  if (!options.gt_mesh.empty()) {
+    auto read = read_mesh(options.gt_mesh);
+    if (!read) return fail(read.error());
+    mesh = std::move(*read);
+  }
+  SiftInput sift;
   int exit_code = kExitDone;
-  if (!read_sift_input(options.arguments, &input, &exit_code)) return exit_code;
-  const auto all_true = true_loops(input.loops, input.map->fragments(), truth);
+  if (!read_sift_input(options.arguments, &sift, &exit_code)) return exit_code;
+  const auto all_true = truth->true_loops(sift.loops, sift.map->fragments());
   if (!all_true) return fail(all_true.error());
-  const auto rows = compare_all(input, truth, *all_true);
+  const BackEnd& back_end = sift.map->back_end(0);
+  const ContestInput input{sift.map.get(), back_end.calibrated_graph(), 1.0, sift.loops, *all_true};
+
+  const auto rows = table(input, *truth, back_end.scorer(), mesh);
   if (!rows) return fail(rows.error());
-  print_table(*rows, input.loops.size(), all_true->size());
-  const Status written = write_json(options.arguments.json, *rows);
-  return written.ok() ? kExitDone : fail(written.error());
+  print_table(*rows, input);
+  if (const Status written = write_json(options.arguments.json, *rows); !written)
+    return fail(written.error());
+  if (options.sweep_csv.empty()) return kExitDone;
+  const Status swept = sweep(options, input, *truth);
+  return swept.ok() ? kExitDone : fail(swept.error());
 }
 
 }  // namespace
@@ -179,7 +160,26 @@ void add_compare_command(CLI::App& app, int* exit_code) {
   CLI::App* command = app.add_subcommand(
       "compare", "The same loops through published filters and through loopsift: one table");
   add_sift_arguments(command, &options->arguments);
-  command->add_option("--gt", options->gt, "true trajectory: TUM text or redwood .log")->required();
+  command->add_option("--gt", options->truth.trajectory, "true trajectory: TUM text or redwood .log");
+  command->add_option(
+      "--gt-loops", options->truth.loops_log,
+      "labelled pairs of fragments, redwood .log, which then say what loops are true instead of "
+      "--gt (within 0.10 m and 5 degrees)");
+  command->add_option("--gt-info", options->truth.loops_info,
+                      "the information matrices of their overlap, redwood .info");
+  command->add_option("--gt-mesh", options->gt_mesh, "true surface, OBJ or PLY, in the frame of --gt");
+  command->add_option(
+      "--sweep", options->sweep_csv,
+      "also add false loops and mis-scale the information, and write every filter's figures to "
+      "this CSV file");
+  command->add_option("--sweep-false", options->sweep.false_shares, "false loops to add, by the true ones")
+      ->delimiter(',')
+      ->capture_default_str();
+  command->add_option("--sweep-factors", options->sweep.factors, "factors of the information")
+      ->delimiter(',')
+      ->capture_default_str();
+  command->add_option("--seeds", options->sweep.seeds, "how often each point of the sweep is drawn")
+      ->capture_default_str();
   command->callback([options, exit_code] { *exit_code = compare(*options); });
 }
 

@@ -5,14 +5,27 @@
 #include <cstdio>
 #include <utility>
 
+#include "tools/loopsift_tool/g2o_input.hpp"
+
 namespace loopsift::tool {
+
+namespace {
+
+Expected<Trajectory> read_any(const std::string& path) {
+  if (!is_g2o(path)) return read_trajectory(path);
+  const Expected<PoseGraph> graph = read_g2o(path);
+  if (!graph) return graph.error();
+  return trajectory_of(*graph);
+}
+
+}  // namespace
 
 GivenOdometry::GivenOdometry(std::string path, const Trajectory& trajectory)
     : path_(std::move(path)), trajectory_(trajectory), odometry_(trajectory, options_) {}
 
 Expected<GivenOdometry> GivenOdometry::open(const std::string& trajectory_path,
                                             const std::string& info_path) {
-  const Expected<Trajectory> trajectory = read_trajectory(trajectory_path);
+  const Expected<Trajectory> trajectory = read_any(trajectory_path);
   if (!trajectory) return trajectory.error();
   GivenOdometry odometry(trajectory_path, *trajectory);
   if (info_path.empty()) return odometry;

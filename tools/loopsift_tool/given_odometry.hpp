@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Somebody else's trajectory as the odometry of a recording. In: a TUM trajectory (by time) or a redwood .log
-// (by frame number), and, where it is known, the information of each motion. Out: the pose of a frame and the
-// information of the motion to it. Desk code: allocates when opened, one thread.
+// Somebody else's trajectory as the odometry of a recording. In: a TUM trajectory (by time), a redwood .log
+// (by frame number) or a .g2o (see g2o_input.hpp), and, where it is known, the information of each motion.
+// Out: the pose of a frame and the information of the motion to it. Desk code: allocates when opened, one
+// thread.
 #pragma once
 #include <cstdint>
 #include <map>

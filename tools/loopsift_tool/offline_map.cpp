@@ -10,12 +10,11 @@
 namespace loopsift::tool {
 namespace {
 
-constexpr int kWorkingWidth = 160;  // what 640 pixels are reduced to; smaller images are reduced less
-constexpr int kViewWidth = 80;
+constexpr int kLeastFrames = 3;  // fewer poses are no trajectory
 
-FrameOptions frame_options(const PinholeCamera& camera) {
+FrameOptions frame_options(const OfflineMapOptions& o, const PinholeCamera& camera) {
   FrameOptions options;
-  const int ratio = camera.width / kWorkingWidth;
+  const int ratio = camera.width / o.map_width;
   options.reduction = ratio >= 4 ? 4 : std::max(1, ratio / 2 * 2);
   options.levels = 1;  // poses are given: nothing is tracked
   return options;
@@ -25,7 +24,7 @@ FragmentOptions fragment_options(const OfflineMapOptions& o, const PinholeCamera
   FragmentOptions options;
   options.frames_per_fragment = o.fragment_frames;
   options.views_per_fragment = o.views;
-  options.view_step = std::max(1, camera.width / kViewWidth);
+  options.view_step = std::max(1, camera.width / o.view_width);
   return options;
 }
 
@@ -66,6 +65,10 @@ Status validate(const OfflineMapOptions& o) {
     return Error{ErrorCode::kUsage, "--fragment-frames must be from 2 to 10000"};
   if (o.views < 1 || o.views > o.fragment_frames)
     return Error{ErrorCode::kUsage, "--views must be from 1 to the frames per fragment"};
+  if (o.view_width < 16 || o.view_width > 4096)
+    return Error{ErrorCode::kUsage, "--view-width must be from 16 to 4096 pixels"};
+  if (o.map_width < 16 || o.map_width > 4096)
+    return Error{ErrorCode::kUsage, "--map-width must be from 16 to 4096 pixels"};
   return {};
 }
 
@@ -73,12 +76,31 @@ int fragments_in(std::int64_t frame_count, int fragment_frames) {
   return static_cast<int>((frame_count + fragment_frames - 1) / fragment_frames);
 }
 
+DetachedBackEnd::DetachedBackEnd(const BackEndOptions& options, Span<const Fragment> fragments,
+                                 double odometry_factor)
+    : arena_([&options] {
+        Arena measuring;
+        const BackEnd measured(options, measuring);
+        return measuring.used_bytes();
+      }()),
+      fragments_(fragments.begin(), fragments.end()) {
+  back_end_.emplace(options, arena_);
+  frames_.reserve(fragments_.size());
+  for (Fragment& fragment : fragments_) {
+    frames_.emplace_back(fragment.frames.begin(), fragment.frames.end());
+    for (FragmentFrame& frame : frames_.back()) frame.information *= odometry_factor;
+    fragment.frames = Span<const FragmentFrame>(frames_.back());
+  }
+  for (const Fragment& fragment : fragments_) (void)back_end_->insert_fragment(fragment);
+  back_end_->update_sifter();
+}
+
 OfflineMap::Parts::Parts(FrameSource& source, const GivenOdometry& odometry, const OfflineMapOptions& options,
                          Arena& arena)
     : sequence(source, odometry, arena),
       store(store_options(options, source.info()), arena),
-      preprocessor(source.info().camera, source.info().depth_unit_m, frame_options(source.info().camera),
-                   arena),
+      preprocessor(source.info().camera, source.info().depth_unit_m,
+                   frame_options(options, source.info().camera), arena),
       builder(fragment_options(options, source.info().camera), preprocessor.working_camera(),
               source.info().camera, arena) {
   for (const ScoreKind score : options.back_ends)
@@ -87,7 +109,10 @@ OfflineMap::Parts::Parts(FrameSource& source, const GivenOdometry& odometry, con
 
 OfflineMap::OfflineMap(FrameSource& source, const GivenOdometry& odometry, const OfflineMapOptions& options,
                        std::size_t arena_bytes)
-    : options_(options), arena_(arena_bytes), parts_(source, odometry, options, arena_) {
+    : options_(options),
+      info_(source.info()),
+      arena_(arena_bytes),
+      parts_(source, odometry, options, arena_) {
   figures_.source = source.info().description;
   figures_.memory.budget_bytes = static_cast<std::int64_t>(arena_bytes);
 }
@@ -116,10 +141,14 @@ Status OfflineMap::read_all(const GivenOdometry& odometry, std::int64_t frame_co
     fuse(**posed);
     ticker.update(frames_.size(), static_cast<std::size_t>(frame_count));
   }
-  if (frames_.empty())
-    return Error{ErrorCode::kFormat, odometry.extent() + "; no usable frame of '" + figures_.source +
-                                         "' is among them: give the trajectory of this recording"};
+  if (static_cast<int>(frames_.size()) < kLeastFrames)
+    return Error{ErrorCode::kFormat, odometry.extent() + "; " +
+                                         (frames_.empty() ? "no" : "only " + std::to_string(frames_.size())) +
+                                         " usable frame of '" + figures_.source + "' is among them, and " +
+                                         std::to_string(kLeastFrames) +
+                                         " are needed: give the trajectory of this recording"};
   if (Status closed = close_fragment(); !closed) return closed;
+  if (Status checked = check_content(); !checked) return checked;
   const PosedFrameCounts& counts = parts_.sequence.counts();
   figures_.frames = {counts.received, counts.unusable, static_cast<std::int64_t>(frames_.size()),
                      counts.without_pose};
@@ -127,6 +156,20 @@ Status OfflineMap::read_all(const GivenOdometry& odometry, std::int64_t frame_co
       static_cast<double>(frames_.back().timestamp_ns - frames_.front().timestamp_ns) * 1e-9;
   for (BackEnd& back_end : parts_.back_ends) back_end.update_sifter();
   return {};
+}
+
+Status OfflineMap::check_content() const {
+  for (const Fragment& fragment : fragments())
+    if (fragment.surfels.size() > 0) return {};
+  return Error{ErrorCode::kFormat,
+               "the map of '" + figures_.source +
+                   "' is empty: no depth of it lies within the range that is fused; check "
+                   "the depth images and their depth_scale"};
+}
+
+std::unique_ptr<DetachedBackEnd> OfflineMap::make_back_end(ScoreKind score, double odometry_factor) const {
+  return std::make_unique<DetachedBackEnd>(back_end_options(options_, info_, score), fragments(),
+                                           odometry_factor);
 }
 
 // Closes the fragment before, where `fragment` is a new one. None may be empty: ids count those in the store.

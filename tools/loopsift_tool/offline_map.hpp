@@ -11,6 +11,7 @@
 #pragma once
 #include <deque>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "core/base/arena.hpp"
@@ -26,8 +27,10 @@ namespace loopsift::tool {
 
 struct OfflineMapOptions {
   int fragment_frames = 50;
-  int views = 3;  ///< per fragment
-  /// One back end for each. The plain score is the paper's and comes without hindsight.
+  int views = 3;        ///< per fragment
+  int view_width = 40;  ///< pixels that views are reduced to; smaller images are reduced less
+  int map_width = 160;  ///< pixels that images are reduced to before they are fused
+  /// One back end for each; there may be none. The plain score is the paper's and comes without hindsight.
   std::vector<ScoreKind> back_ends = {ScoreKind::kPosterior};
 };
 [[nodiscard]] Status validate(const OfflineMapOptions& options);
@@ -35,10 +38,27 @@ struct OfflineMapOptions {
 /// Fragments in a recording of so many frames, the last one shorter than the others.
 [[nodiscard]] int fragments_in(std::int64_t frame_count, int fragment_frames);
 
+/// A back end with memory of its own, so that several can work side by side. It refers to the fragments of
+/// the map that it was made from, which must outlive it.
+class DetachedBackEnd {
+ public:
+  /// The odometry's information is multiplied by `odometry_factor` before the back end sees it.
+  DetachedBackEnd(const BackEndOptions& options, Span<const Fragment> fragments, double odometry_factor);
+  [[nodiscard]] BackEnd& operator*() { return *back_end_; }
+  [[nodiscard]] BackEnd* operator->() { return &*back_end_; }
+
+ private:
+  Arena arena_;
+  std::vector<std::vector<FragmentFrame>> frames_;
+  std::vector<Fragment> fragments_;
+  std::optional<BackEnd> back_end_;
+};
+
 class OfflineMap {
  public:
   /// Reads the whole recording. Errors: a source of unknown length, no frame with a pose, a fragment without
-  /// any usable frame before others that have some (its number could not be held), a source that is lost.
+  /// any usable frame before others that have some (its number could not be held), fewer than three frames
+  /// with a pose, depth that gives no surfel at all, a source that is lost.
   [[nodiscard]] static Expected<std::unique_ptr<OfflineMap>> build(FrameSource& source,
                                                                    const GivenOdometry& odometry,
                                                                    const OfflineMapOptions& options);
@@ -48,6 +68,8 @@ class OfflineMap {
   [[nodiscard]] const std::vector<OdometryPose>& frames() const { return frames_; }
   /// With every fragment and the odometry's graph; no loops yet. In the order of the options.
   [[nodiscard]] BackEnd& back_end(std::size_t which) { return parts_.back_ends[which]; }
+  /// With every fragment; for any thread, while others make and use theirs.
+  [[nodiscard]] std::unique_ptr<DetachedBackEnd> make_back_end(ScoreKind score, double odometry_factor) const;
   /// What reading and fusing came to: source, frames, times, memory. Figures of loops are not filled in.
   [[nodiscard]] const RunFigures& figures() const { return figures_; }
 
@@ -65,11 +87,13 @@ class OfflineMap {
   OfflineMap(FrameSource& source, const GivenOdometry& odometry, const OfflineMapOptions& options,
              std::size_t arena_bytes);
   [[nodiscard]] Status read_all(const GivenOdometry& odometry, std::int64_t frame_count);
+  [[nodiscard]] Status check_content() const;
   [[nodiscard]] Status start_fragment(int fragment);
   [[nodiscard]] Status close_fragment();
   void fuse(const PosedFrame& posed);
 
   OfflineMapOptions options_;
+  SourceInfo info_;
   Arena arena_;
   Parts parts_;
   std::vector<OdometryPose> frames_;

@@ -16,7 +16,8 @@ struct SiftArguments {
   OfflineMapOptions map;
 };
 
-/// Adds --source, --trajectory, --loops, --info, --odometry-info, --fragment-frames, --views and --json.
+/// Adds --source, --trajectory, --loops, --info, --odometry-info, --fragment-frames, --views, --view-width,
+/// --map-width and --json.
 void add_sift_arguments(CLI::App* command, SiftArguments* arguments);
 
 /// A map with its loops.

@@ -2,6 +2,7 @@
 // Algorithm 1 in batch on anyone's trajectory and loops.
 #include <CLI/CLI.hpp>
 #include <filesystem>
+#include <limits>
 #include <map>
 #include <memory>
 
@@ -49,10 +50,30 @@ void add_sifting_figures(const BackEnd& back_end, RunFigures* figures) {
   (*figures)[Stage::kLoopTest] = sifter.test_times();
 }
 
+// The graph with a node for every frame: the odometry between frames, every kept loop as loops from the
+// first frame of each of its fragments to all frames of the other, and the poses of trajectory.txt.
+PoseGraph frame_graph(const OfflineMap& map, const BackEnd& back_end) {
+  PoseGraph graph;
+  const Fragment* previous = nullptr;
+  for (const Fragment& fragment : map.fragments()) {
+    append_fragment(previous, fragment, std::numeric_limits<int>::max(), &graph);
+    previous = &fragment;
+  }
+  const Sifter& sifter = back_end.sifter();
+  const Trajectory corrected =
+      corrected_trajectory(map.frames(), back_end.odometry_graph(), sifter.T_map_node());
+  for (std::size_t n = 0; n < graph.T_map_node.size(); ++n)
+    graph.T_map_node[n] = corrected.poses[n].T_world_camera;
+  for (const Loop& loop : sifter.accepted()) append_frame_loops(graph, loop, &graph.loops);
+  return graph;
+}
+
 Status write_all(const SiftOptions& options, OfflineMap* map, const RunFigures& figures) {
   const Status results = write_results(options.out, map->back_end(0), map->frames(), map->fragments());
   const Status report = write_run_report(options.out + "/run.json", figures);
   if (!results) return results;
+  const Status frames = write_g2o(options.out + "/posegraph_frames.g2o", frame_graph(*map, map->back_end(0)));
+  if (!frames) return frames;
   if (!report || options.arguments.json.empty()) return report;
   return write_run_report(options.arguments.json, figures);
 }

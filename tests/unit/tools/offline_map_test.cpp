@@ -32,6 +32,7 @@ class OfflineMapTest : public ::testing::Test {
     if (!odometry) return odometry.error();
     SourceOptions options;
     options.want_color = false;
+    options.depth_scale = depth_scale_;
     auto source = open_source("replay:tum:" + (folder_ / "room"), options);
     EXPECT_TRUE(source.ok());
     OfflineMapOptions map;
@@ -53,6 +54,7 @@ class OfflineMapTest : public ::testing::Test {
   test::TemporaryFolder folder_;
   std::vector<LogRecord> records_;
   std::string info_path_;
+  double depth_scale_ = 0;  // as the recording says
 };
 
 TEST_F(OfflineMapTest, FullFragmentsAndALastShortOne) {
@@ -108,6 +110,37 @@ TEST_F(OfflineMapTest, AFragmentWithoutPosesIsAnError) {
   ASSERT_FALSE(map.ok());
   EXPECT_THAT(map.error().message, HasSubstr("frames 10 to 19"));
   EXPECT_THAT(map.error().message, HasSubstr("fragment 1 would be empty"));
+}
+
+TEST_F(OfflineMapTest, TwoPosesAreNoTrajectory) {
+  records_.resize(2);
+  const auto map = build();
+  ASSERT_FALSE(map.ok());
+  EXPECT_THAT(map.error().message, HasSubstr("has poses for frames 0 to 1; only 2 usable"));
+}
+
+TEST_F(OfflineMapTest, DepthOutOfRangeGivesAnEmptyMap) {
+  depth_scale_ = 1e6;  // millimetres taken for micrometres
+  const auto map = build();
+  ASSERT_FALSE(map.ok());
+  EXPECT_THAT(map.error().message, HasSubstr("is empty"));
+  EXPECT_THAT(map.error().message, HasSubstr("depth_scale"));
+}
+
+TEST_F(OfflineMapTest, BackEndsOfItsOwnHaveTheSameGraph) {
+  const auto map = build();
+  ASSERT_TRUE(map.ok()) << map.error().message;
+  const PoseGraph& graph = (*map)->back_end(0).odometry_graph();
+  const auto same = (*map)->make_back_end(ScoreKind::kPlain, 1.0);
+  const auto surer = (*map)->make_back_end(ScoreKind::kPosterior, 4.0);
+  ASSERT_EQ((*surer)->odometry_graph().odometry.size(), graph.odometry.size());
+  for (std::size_t k = 0; k < graph.odometry.size(); ++k) {
+    EXPECT_EQ((*same)->odometry_graph().odometry[k].information, graph.odometry[k].information);
+    EXPECT_LT(
+        ((*surer)->odometry_graph().odometry[k].information - 4.0 * graph.odometry[k].information).norm(),
+        1e-9 * graph.odometry[k].information.norm());
+  }
+  EXPECT_EQ((*same)->scorer().view_count(), (*map)->back_end(0).scorer().view_count());
 }
 
 TEST_F(OfflineMapTest, GivenInformationIsTaken) {

@@ -2,6 +2,7 @@
 // `loopsift-tool sift` as a user calls it: a true and a wrong loop on a drifting trajectory, and bad input.
 #include <gmock/gmock.h>
 
+#include <cmath>
 #include <filesystem>
 
 #include "core/posegraph/pose_graph.hpp"
@@ -119,6 +120,92 @@ TEST_F(SiftCommand, ALoopBeyondTheEndOfTheTrajectory) {
   const DeskOutcome outcome = run_desk(with(line(), "--trajectory", path("half.txt")));
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_THAT(outcome.err, HasSubstr("there is no fragment 10; the sequence has 8"));
+}
+
+TEST_F(SiftCommand, LoopsOfAnotherFragmentCount) {
+  folder_.write("other.log", "1 10 20\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n");
+  const DeskOutcome outcome = run_desk(with(with(line(), "--loops", path("other.log")), "--info", ""));
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.err,
+              HasSubstr("other.log: its loops are between 20 fragments, and the recording has 16 of 10"));
+}
+
+TEST_F(SiftCommand, WritesTheGraphOfAllFrames) {
+  ASSERT_EQ(run_desk(line()).exit_code, 0);
+  const auto graph = read_g2o(path("out/posegraph_frames.g2o"));
+  ASSERT_TRUE(graph.ok()) << graph.error().message;
+  const auto corrected = read_trajectory(path("out/trajectory.txt"));
+  ASSERT_TRUE(corrected.ok());
+  ASSERT_EQ(graph->nodes.size(), corrected->poses.size());
+  EXPECT_EQ(graph->odometry.size(), corrected->poses.size() - 1);
+  EXPECT_EQ(graph->loops.size(), 2U * kFragmentFrames - 1);  // of the one that was kept
+  for (std::size_t k = 0; k < graph->nodes.size(); k += 13) {
+    const Se3 difference = corrected->poses[k].T_world_camera.inverse() * graph->T_map_node[k];
+    EXPECT_LT(difference.log().norm(), 1e-6);
+    EXPECT_NEAR(1e-9 * static_cast<double>(graph->nodes[k].timestamp_ns), corrected->poses[k].time_s, 1e-6);
+  }
+  const auto moved = [&](const Edge& edge) {
+    return edge.T_a_b.inverse() *
+           corrected->poses[static_cast<std::size_t>(edge.a)].T_world_camera.inverse() *
+           corrected->poses[static_cast<std::size_t>(edge.b)].T_world_camera;
+  };
+  for (const Edge& edge : graph->loops) EXPECT_LT(moved(edge).translation().norm(), 0.1);
+}
+
+// Somebody else's graph of all frames: its vertices are the odometry, two of its edges the loops.
+class SiftGraphs : public SiftCommand, public ::testing::WithParamInterface<bool> {};
+
+TEST_P(SiftGraphs, TakesPosesAndLoopsOfAG2oFile) {
+  PoseGraph graph;
+  for (const StampedPose& pose : drift_.poses) {
+    const auto time_ns = static_cast<std::int64_t>(std::llround(1e9 * pose.time_s));
+    graph.nodes.push_back({FragmentId{}, Se3(), GetParam() ? time_ns : 0});
+    graph.T_map_node.push_back(pose.T_world_camera);
+  }
+  const int a = kTrueI * kFragmentFrames + 3, b = kTrueJ * kFragmentFrames + 4;
+  const auto true_pose = [&](int frame) { return gt_.poses[static_cast<std::size_t>(frame)].T_world_camera; };
+  const Se3 T_b_a = true_pose(b).inverse() * true_pose(a), wrong(so3_exp({0, 0.35, 0}), {0.4, 0.1, -0.4});
+  graph.loops.push_back({b, a, T_b_a, 2500.0 * Matrix6d::Identity(), LoopId{0}});
+  graph.loops.push_back({b, a, T_b_a * wrong, 2500.0 * Matrix6d::Identity(), LoopId{1}});
+  graph.loops.push_back({a, a + 2, Se3(), Matrix6d::Identity(), LoopId{2}});  // inside a fragment: nothing
+  ASSERT_TRUE(write_g2o(path("graph.g2o"), graph).ok());
+
+  auto arguments = with(with(line(), "--trajectory", path("graph.g2o")), "--loops", path("graph.g2o"));
+  arguments = with(arguments, "--info", "");
+  const DeskOutcome outcome = run_desk(arguments);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(json()["loops"]["proposed"], 2);
+  const auto accepted = read_loops(path("out/accepted.log"), path("out/accepted.info"), 16);
+  ASSERT_TRUE(accepted.ok()) << accepted.error().message;
+  ASSERT_EQ(accepted->size(), 1U);
+  const Loop& loop = (*accepted)[0];
+  EXPECT_EQ(loop.i.value, kTrueI);
+  EXPECT_EQ(loop.j.value, kTrueJ);
+  // The frames' places in their fragments are those of the drifting odometry.
+  EXPECT_LT((loop.T_i_j.inverse() * true_motion(kTrueI, kTrueJ)).log().norm(), 0.05);
+  const DeskOutcome with_info = run_desk(with(arguments, "--info", path("loops.info")));
+  EXPECT_THAT(with_info.err, HasSubstr("--info"));
+}
+INSTANTIATE_TEST_SUITE_P(ByNumberAndByTime, SiftGraphs, ::testing::Bool());
+
+TEST_F(SiftCommand, AGraphOfAnotherRecording) {
+  PoseGraph graph;
+  graph.nodes.resize(500);
+  graph.T_map_node.resize(500);
+  graph.loops.push_back({1, 400, Se3(), Matrix6d::Identity(), LoopId{0}});
+  ASSERT_TRUE(write_g2o(path("graph.g2o"), graph).ok());
+  const DeskOutcome outcome = run_desk(with(with(line(), "--loops", path("graph.g2o")), "--info", ""));
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("graph.g2o: vertex 157"));
+}
+
+TEST_F(SiftCommand, ResolutionOfViewsAndMap) {
+  ASSERT_EQ(run_desk(with(line(), "--views", "1")).exit_code, 0);
+  const double coarse = json()["memory"]["budget_bytes"];
+  ASSERT_EQ(run_desk(with(with(line(), "--views", "1"), "--view-width", "160")).exit_code, 0);
+  EXPECT_GT(json()["memory"]["budget_bytes"], coarse);
+  EXPECT_EQ(run_desk(with(line(), "--view-width", "2")).exit_code, 2);
+  EXPECT_THAT(run_desk(with(line(), "--map-width", "1")).err, HasSubstr("--map-width"));
 }
 
 TEST_F(SiftCommand, SettingsThatAreWrong) {
