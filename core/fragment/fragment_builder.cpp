@@ -71,11 +71,13 @@ void FragmentBuilder::keep_view(const Frame& frame, const Se3& T_fragment_camera
   float* pixels = view_pixels_.data() + static_cast<std::ptrdiff_t>(view_count_) * width * height;
   for (int y = 0; y < height; ++y) {
     const std::uint16_t* row = frame.raw_depth.row(y * step + step / 2);
+    const int working_row = y * frame.disparity.height / height;
     for (int x = 0; x < width; ++x) {
       const std::uint16_t raw = row[x * step + step / 2];
       const float z = static_cast<float>(raw) * frame.depth_unit_m;
       const bool valid = raw != 65535 && z >= frame.min_depth_m && z <= frame.max_depth_m;
-      pixels[y * width + x] = valid ? z : 0.0F;
+      const float error = frame.disparity(x * frame.disparity.width / width, working_row);
+      pixels[y * width + x] = valid ? z / (1.0F + z * error) : 0.0F;
     }
   }
   new (&views_[static_cast<std::size_t>(view_count_)])

@@ -18,7 +18,8 @@ std::int64_t now_ns() {
 }  // namespace
 
 Status validate(const FrontEndOptions& o) {
-  for (Status status : {validate(o.frame), validate(o.odometry), validate(o.fragment), validate(o.model)})
+  for (Status status : {validate(o.frame), validate(o.odometry), validate(o.fragment), validate(o.model),
+                        validate(o.depth_calibration)})
     if (!status) return status;
   if (o.lost_patience_frames < 0)
     return Error{ErrorCode::kUsage, "odometry.lost_patience_frames must be 0 or more"};
@@ -33,7 +34,8 @@ FrontEnd::FrontEnd(const PinholeCamera& camera, double depth_unit_m, const Front
       odometry_(options.odometry),
       builder_(options.fragment, preprocessor_.working_camera(), camera, arena),
       renderer_(options.model, preprocessor_.working_camera(), arena),
-      keyframe_(preprocessor_.working_camera(), options.frame.levels, arena) {}
+      keyframe_(preprocessor_.working_camera(), options.frame.levels, arena),
+      depth_calibration_(options.depth_calibration) {}
 
 FrontEndResult FrontEnd::process(const RawFrame& raw) {
   const std::int64_t begin = now_ns();
@@ -51,6 +53,7 @@ FrontEndResult FrontEnd::process(const RawFrame& raw, const TrackingResult& give
   const std::int64_t begin = now_ns();
   const Frame& frame = preprocessor_.process(raw);
   const std::int64_t preprocessed = now_ns();
+  keep_keyframe(frame, given);
   FrontEndResult result = integrate(frame, given);
   result.times = {preprocessed - begin, 0, now_ns() - preprocessed};
   return result;
@@ -68,13 +71,20 @@ TrackingResult FrontEnd::track(const Frame& frame) {
   return odometry_.track(frame, model, &keyframe_);
 }
 
-// A new keyframe once the last one is largely out of sight or seen from elsewhere, and after a loss.
+// A new keyframe once the last one is largely out of sight or seen from elsewhere, and after a loss. The two
+// show the same things in different places of the image, which tells the camera's error.
 void FrontEnd::keep_keyframe(const Frame& frame, const TrackingResult& tracking) {
-  if (tracking.status == TrackingStatus::kLost || frame.levels[0].intensity.empty()) return;
+  if (tracking.status == TrackingStatus::kLost) return;
   if (tracking.status == TrackingStatus::kTracked && !keyframe_.empty()) {
     const Vector6d moved = (keyframe_.T_odom_key().inverse() * tracking.T_odom_camera).log();
     const bool near = moved.head<3>().norm() < kKeyframeM && moved.tail<3>().norm() < kKeyframeRad;
-    if (near && tracking.keyframe_overlap > kKeyframeOverlap) return;
+    const bool in_sight = tracking.keyframe_overlap == 0 || tracking.keyframe_overlap > kKeyframeOverlap;
+    const bool enough = keyframe_.has_intensity() == !frame.levels[0].intensity.empty();
+    if (near && in_sight && enough) return;
+    if (options_.depth_calibration.enabled &&
+        depth_calibration_.add_pair(keyframe_, frame, tracking.T_odom_camera)) {
+      preprocessor_.set_disparity(depth_calibration_.coefficients());
+    }
   }
   keyframe_.keep(frame, tracking.T_odom_camera);
 }

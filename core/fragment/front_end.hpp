@@ -12,6 +12,7 @@
 #include "core/fragment/fragment_store.hpp"
 #include "core/fragment/model_renderer.hpp"
 #include "core/frame/frame.hpp"
+#include "core/odometry/depth_calibration.hpp"
 #include "core/odometry/odometry.hpp"
 
 namespace loopsift {
@@ -21,6 +22,7 @@ struct FrontEndOptions {
   OdometryOptions odometry;
   FragmentOptions fragment;
   ModelOptions model;
+  DepthCalibrationOptions depth_calibration;
   int lost_patience_frames = 5;  ///< frames that may fail to track before a new piece of trajectory starts
 };
 [[nodiscard]] Status validate(const FrontEndOptions& options);
@@ -51,6 +53,8 @@ class FrontEnd {
   FrontEndResult process(const RawFrame& raw, const TrackingResult& given);
   /// Closes the active fragment at the end of a run; null when there is none or the store is full.
   const Fragment* finish() { return builder_.close(store_); }
+  /// The camera's smooth depth error as far as it is known.
+  [[nodiscard]] const DisparityCoefficients& disparity() const { return depth_calibration_.coefficients(); }
   [[nodiscard]] const FragmentBuilder& builder() const { return builder_; }
 
  private:
@@ -65,6 +69,7 @@ class FrontEnd {
   FragmentBuilder builder_;
   ModelRenderer renderer_;
   Keyframe keyframe_;
+  DepthCalibration depth_calibration_;
   std::size_t piece_begin_ = 0;  // first fragment of the current piece of trajectory
   int lost_frames_ = 0;
 };

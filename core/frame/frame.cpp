@@ -47,7 +47,11 @@ FramePreprocessor::FramePreprocessor(const PinholeCamera& camera, double depth_u
       *image = arena.carve<float>("frame/pyramid", pixels);
     frame_.levels[l] = {level_camera,        {s.depth.data(), w, h}, {s.nx.data(), w, h},
                         {s.ny.data(), w, h}, {s.nz.data(), w, h},    {}};
-    if (l == 0) smoothed_ = arena.carve<float>("frame/scratch", pixels);
+    if (l == 0) {
+      smoothed_ = arena.carve<float>("frame/scratch", pixels);
+      disparity_ = arena.carve<float>("frame/disparity", pixels);
+      frame_.disparity = {disparity_.data(), w, h};
+    }
     level_camera = level_camera.block_averaged(2);
   }
 }
@@ -58,6 +62,7 @@ const Frame& FramePreprocessor::process(const RawFrame& raw) {
   frame_.raw_depth = raw.depth;
   frame_.color = raw.color;
   reduce();
+  correct();
   for (std::size_t l = 0; l < static_cast<std::size_t>(options_.levels); ++l) {
     if (l > 0) halve_depth(frame_.levels[l - 1].depth_m, options_.edge_fraction, depth_image(l));
     add_normals(l);
@@ -83,6 +88,18 @@ void FramePreprocessor::reduce() {
   const ImageView<float> half(reduced_.data(), reduced_camera_.width, reduced_camera_.height);
   reduce_raw(frame_.raw_depth, 2, frame_.depth_unit_m, range, half);
   halve_depth(half, options_.edge_fraction, depth_image(0));
+}
+
+void FramePreprocessor::set_disparity(const DisparityCoefficients& coefficients) {
+  next_disparity_ = coefficients;
+}
+
+void FramePreprocessor::correct() {
+  if (next_disparity_ != frame_.disparity_coefficients) {
+    frame_.disparity_coefficients = next_disparity_;
+    draw_disparity(next_disparity_, {disparity_.data(), frame_.disparity.width, frame_.disparity.height});
+  }
+  if (!frame_.disparity_coefficients.isZero(0.0)) correct_depth(frame_.disparity, depth_image(0));
 }
 
 // A colour image that is smaller than the working one says too little.

@@ -9,6 +9,7 @@
 #include "core/base/arena.hpp"
 #include "core/base/ids.hpp"
 #include "core/base/result.hpp"
+#include "core/frame/disparity_correction.hpp"
 #include "core/geometry/camera.hpp"
 #include "core/geometry/image.hpp"
 #include "core/geometry/raw_frame.hpp"
@@ -50,6 +51,9 @@ struct Frame {
   float depth_unit_m = 0.001F;                 ///< metres per raw unit
   float min_depth_m = 0, max_depth_m = 65.0F;  ///< raw depths outside do not count, as in levels
   ImageView<const Rgb8> color;                 ///< empty() without colour
+  DisparityCoefficients disparity_coefficients =
+      DisparityCoefficients::Zero();  ///< of the correction that is in levels' depths, and not in raw_depth
+  ImageView<const float> disparity;   ///< the same per pixel of level 0, 1/m
 };
 
 class FramePreprocessor {
@@ -59,6 +63,8 @@ class FramePreprocessor {
                     Arena& arena);
   /// raw.depth must have the camera's size. Frames are numbered from 0 in the order of these calls.
   const Frame& process(const RawFrame& raw);
+  /// From the next frame on, depths are corrected by these (0: as they come).
+  void set_disparity(const DisparityCoefficients& coefficients);
   /// Camera of level 0.
   [[nodiscard]] const PinholeCamera& working_camera() const { return frame_.levels[0].camera; }
 
@@ -67,6 +73,7 @@ class FramePreprocessor {
     Span<float> depth, nx, ny, nz, intensity;
   };
   void reduce();
+  void correct();
   void add_intensity();
   void add_normals(std::size_t level);
   [[nodiscard]] ImageView<float> depth_image(std::size_t level) const;
@@ -74,6 +81,8 @@ class FramePreprocessor {
   FrameOptions options_;
   Frame frame_;
   std::array<Level, kMaxFrameLevels> storage_;
+  Span<float> disparity_;  // correction per pixel of level 0
+  DisparityCoefficients next_disparity_ = DisparityCoefficients::Zero();
   Span<float> smoothed_;          // scratch of level 0's size
   Span<float> reduced_;           // scratch: half the raw size, for a reduction by 4
   PinholeCamera reduced_camera_;  // of reduced_

@@ -22,10 +22,21 @@ class Keyframe {
 
   /// For frames whose level 0 has this camera.
   Keyframe(const PinholeCamera& working, int levels, Arena& arena);
-  /// Copies the frame, which has colour.
+  /// Copies the frame.
   void keep(const Frame& frame, const Se3& T_odom_key);
   void clear() { level_count_ = 0; }
   [[nodiscard]] bool empty() const { return level_count_ == 0; }
+  /// Whether it can be compared by intensity.
+  [[nodiscard]] bool has_intensity() const { return !empty() && has_intensity_; }
+  /// Unit normal of level 0 where level(0) has a depth, keyframe's camera.
+  [[nodiscard]] Eigen::Vector3f normal(int x, int y) const {
+    const auto k = static_cast<std::size_t>(y * levels_[0].camera.width + x);
+    return {normals_[0][k], normals_[1][k], normals_[2][k]};
+  }
+  /// By which its depth was corrected.
+  [[nodiscard]] const DisparityCoefficients& disparity_coefficients() const {
+    return disparity_coefficients_;
+  }
   [[nodiscard]] const Se3& T_odom_key() const { return T_odom_key_; }
   [[nodiscard]] const Level& level(int l) const { return levels_[static_cast<std::size_t>(l)]; }
   /// Pixels of level 0 that have depth.
@@ -37,7 +48,10 @@ class Keyframe {
   };
   std::array<Storage, kMaxFrameLevels> storage_;
   std::array<Level, kMaxFrameLevels> levels_;
+  std::array<Span<float>, 3> normals_;
   Se3 T_odom_key_;
+  DisparityCoefficients disparity_coefficients_ = DisparityCoefficients::Zero();
+  bool has_intensity_ = false;
   int level_count_ = 0, valid_ = 0;
 };
 

@@ -69,8 +69,8 @@ Se3 Odometry::predict(std::int64_t timestamp_ns) const {
 }
 
 TrackingResult Odometry::track(const Frame& frame, const ModelView& model, const Keyframe* keyframe) {
-  const bool photometric =
-      options_.photometric && keyframe != nullptr && !keyframe->empty() && !frame.levels[0].intensity.empty();
+  const bool photometric = options_.photometric && keyframe != nullptr && keyframe->has_intensity() &&
+                           !frame.levels[0].intensity.empty();
   Alignment alignment(options_, frame, model, predict(frame.timestamp_ns), photometric ? keyframe : nullptr);
   alignment.run();
   const IcpSystem& system = alignment.system();

@@ -25,13 +25,13 @@ struct OdometryOptions {
   float min_normal_cosine = 0.5F;  ///< partners' normals differ by at most acos of this
   float noise_floor_m = 0.0012F;  ///< σ(z) = floor + slope · (z − 0.4 m)², the form of Nguyen et al. 2012;
                                   ///< slope also for distortion
-  float noise_slope = 0.003F;         ///< per metre
-  float prior_sigma_m = 0.03F;        ///< of the constant-velocity prediction, per frame
-  float prior_sigma_rad = 0.03F;      ///< the same for rotation
-  float correlated_pixels = 300.0F;   ///< pixels that err together; divides the information
-  bool photometric = true;            ///< track intensities, too, where there is colour
-  float photometric_floor_m = 0.01F;  ///< what they say about the motion is never more certain than this:
-                                      ///< they decide where the geometry slides, and harm nowhere else
+  float noise_slope = 0.003F;            ///< per metre
+  float prior_sigma_m = 0.03F;           ///< of the constant-velocity prediction, per frame
+  float prior_sigma_rad = 0.03F;         ///< the same for rotation
+  float correlated_pixels = 300.0F;      ///< pixels that err together; divides the information
+  bool photometric = true;               ///< track intensities, too, where there is colour
+  float photometric_floor_m = 0.01F;     ///< what they say about the motion is never more certain than this:
+                                         ///< they decide where the geometry slides, and harm nowhere else
   float photometric_floor_rad = 0.007F;  ///< the same for rotation
   float min_inlier_fraction = 0.2F;      ///< of the pixels with depth; below it tracking is lost
   float max_step_m = 0.5F;               ///< from the prediction; a larger motion is no motion: lost

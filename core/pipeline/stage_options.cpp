@@ -73,6 +73,24 @@ OptionSection odometry_section(OdometryOptions& o, int* lost_patience_frames) {
           }};
 }
 
+OptionSection depth_calibration_section(DepthCalibrationOptions& o) {
+  return {"depth_calibration",
+          "The camera's smooth depth error, found while it moves: what two frames see in different places of "
+          "the image must agree.",
+          {
+              {"enabled", &o.enabled, "find and remove it"},
+              {"sigma_per_m",
+               &o.sigma_per_m,
+               "of each coefficient of the inverse depth's error before anything was seen, 1/m",
+               {kTiny, 1}},
+              {"correlated_pixels",
+               &o.correlated_pixels,
+               "pixels that err together; divides what a pair of frames says",
+               {1, 1e6}},
+              {"memory", &o.memory, "weight of all that was seen before, with each pair", {0.5, 1}},
+          }};
+}
+
 OptionSection file_odometry_section(TrajectoryOdometryOptions& o) {
   return {"odometry.file",
           "Odometry from a file, which does not say how sure it is.",
@@ -276,8 +294,9 @@ OptionSection sifter_section(SifterOptions& o) {
 }  // namespace
 
 OptionTable front_end_sections(FrontEndOptions& o, TrajectoryOdometryOptions& file) {
-  return {frame_section(o.frame), odometry_section(o.odometry, &o.lost_patience_frames),
-          file_odometry_section(file), fragment_section(o.fragment), model_section(o.model)};
+  return {frame_section(o.frame),       odometry_section(o.odometry, &o.lost_patience_frames),
+          file_odometry_section(file),  depth_calibration_section(o.depth_calibration),
+          fragment_section(o.fragment), model_section(o.model)};
 }
 
 OptionSection store_section(StoreOptions& o) {

@@ -13,7 +13,7 @@
 
 namespace loopsift {
 
-/// frame, odometry, odometry.file, fragment, model.
+/// frame, odometry, odometry.file, depth_calibration, fragment, model.
 [[nodiscard]] OptionTable front_end_sections(FrontEndOptions& options, TrajectoryOdometryOptions& file);
 /// store.
 [[nodiscard]] OptionSection store_section(StoreOptions& options);

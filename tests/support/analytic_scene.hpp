@@ -100,6 +100,30 @@ class SceneCamera {
     }
     return next();
   }
+  // The same with colour: grey values of a pattern that fills space, so that every surface has it; times
+  // gain.
+  RawFrame capture_color(const AnalyticScene& scene, const Se3& T_world_camera, double floor_m = 0,
+                         double slope = 0, double gain = 1) {
+    RawFrame raw = capture(scene, T_world_camera, floor_m, slope);
+    color_.resize(depth_.size());
+    for (int v = 0; v < camera_.height; ++v) {
+      for (int u = 0; u < camera_.width; ++u) {
+        const Eigen::Vector3d ray =
+            camera_.unproject(static_cast<float>(u), static_cast<float>(v), 1.0F).cast<double>();
+        const Eigen::Vector3d direction = T_world_camera.rotation() * ray;
+        const Eigen::Vector3d p =
+            T_world_camera.translation() + scene.cast(T_world_camera.translation(), direction) * direction;
+        const auto grey = static_cast<unsigned char>(std::clamp(gain * pattern(p), 0.0, 255.0));
+        color_[static_cast<std::size_t>(v * camera_.width + u)] = {grey, grey, grey};
+      }
+    }
+    raw.color = {color_.data(), camera_.width, camera_.height};
+    return raw;
+  }
+  static double pattern(const Eigen::Vector3d& p) {
+    return 110 + 30 * std::sin(7 * p.x() + 2 * p.y()) + 25 * std::sin(9 * p.y() - 3 * p.z()) +
+           25 * std::sin(8 * p.z() + 3 * p.x());
+  }
   // A covered lens.
   RawFrame black() {
     std::fill(depth_.begin(), depth_.end(), std::uint16_t{0});
@@ -118,6 +142,7 @@ class SceneCamera {
 
   PinholeCamera camera_;
   std::vector<std::uint16_t> depth_;
+  std::vector<Rgb8> color_;
   std::mt19937 random_;
   std::int64_t sequence_ = -1;
 };

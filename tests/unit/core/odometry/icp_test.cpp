@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <vector>
 
 #include "tests/support/analytic_scene.hpp"
 #include "tests/unit/core/odometry/tracked_scene.hpp"
@@ -50,6 +51,9 @@ IcpSystem plain_linearize(const FrameLevel& level, const ModelView& m, const Se3
       J << n, p.cross(n);
       sum.H += w * J * J.transpose();
       sum.b += w * J * r;
+      Vector6d K;
+      K << T.rotation() * n_frame, p.cross(T.rotation() * n_frame);
+      sum.crossed += 0.5 * w * (J * K.transpose() + K * J.transpose());
       sum.weight += robust;
       sum.scaled_squares += robust * scaled;
       ++sum.partners;
@@ -74,6 +78,7 @@ TEST(Icp, EqualsThePlainForm) {
     EXPECT_NEAR(fast.partners, plain.partners, 0.001 * plain.partners + 2);
     EXPECT_NEAR(fast.inliers, plain.inliers, 0.001 * plain.inliers + 2);
     EXPECT_LT((fast.H - plain.H).norm(), 2e-3 * plain.H.norm());
+    EXPECT_LT((fast.crossed - plain.crossed).norm(), 2e-3 * plain.crossed.norm());
     EXPECT_LT((fast.b - plain.b).norm(), 2e-2 * plain.b.norm());
     EXPECT_NEAR(fast.scaled_squares, plain.scaled_squares, 5e-3 * plain.scaled_squares);
     EXPECT_NEAR(fast.squares_m2, plain.squares_m2, 1e-2 * plain.squares_m2);
@@ -99,6 +104,26 @@ TEST(Icp, GradientEqualsNumericDifferences) {
     const double minus = linearize(level, model, Se3::exp(-xi), settings).scaled_squares / s2;
     EXPECT_NEAR(at.b[k], 0.5 * (plus - minus) / (2 * step), 0.02 * at.b.norm()) << "component " << k;
   }
+}
+
+// Normals of a noisy wall lean this way and that, which looks like knowledge of sideways motion.
+TEST(Icp, CrossedInformationLeavesTheNoiseOfTheNormalsOut) {
+  TrackedScene noisy(AnalyticScene::wall(), 2, 0.004, 0.002);
+  std::vector<float> kept[6];
+  ModelView model = noisy.model_at(Se3());
+  const Frame& frame = noisy.frame_at(Se3());
+  const FrameLevel& level = frame.levels[0];
+  // A model as noisy as a single frame.
+  const ImageView<const float>* normals[3] = {&level.nx, &level.ny, &level.nz};
+  ImageView<const float>* targets[3] = {&model.nx, &model.ny, &model.nz};
+  for (int k = 0; k < 3; ++k) {
+    kept[k].assign(normals[k]->data, normals[k]->data + normals[k]->size());
+    targets[k]->data = kept[k].data();
+  }
+  const IcpSystem system = linearize(noisy.frame_at(Se3()).levels[0], model, Se3(), IcpSettings());
+  EXPECT_GT(system.H(0, 0), 0.001 * system.H(2, 2));
+  EXPECT_LT(std::fabs(system.crossed(0, 0)), 0.2 * system.H(0, 0));
+  EXPECT_GT(system.crossed(2, 2), 0.9 * system.H(2, 2));
 }
 
 TEST(Icp, PixelsWithoutModelHaveNoPartner) {

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
 #include <random>
 
 #include "tests/unit/core/odometry/tracked_scene.hpp"
@@ -99,6 +100,37 @@ TEST(Odometry, SaysThatASingleWallSlides) {
   // What the wall does say is found; where it says nothing the prediction stands.
   EXPECT_NEAR(result.T_odom_camera.translation().z(), 0.02, 0.003);
   EXPECT_LT(std::fabs(result.T_odom_camera.translation().y()), 0.01);
+}
+
+// A keyframe in memory of its own.
+struct KeptFrame {
+  KeptFrame(const TrackedScene& scene, const Frame& frame, const Se3& T) {
+    Arena measuring;
+    const Keyframe unused(scene.working_camera(), frame.level_count, measuring);
+    arena = std::make_unique<Arena>(measuring.used_bytes());
+    keyframe = std::make_unique<Keyframe>(scene.working_camera(), frame.level_count, *arena);
+    keyframe->keep(frame, T);
+  }
+  std::unique_ptr<Arena> arena;
+  std::unique_ptr<Keyframe> keyframe;
+};
+
+// Where the wall alone slides, its texture holds; also when the exposure changes.
+TEST(Odometry, ATextureHoldsASingleWall) {
+  TrackedScene scene(AnalyticScene::wall(), 2, 0.002, 0.002);
+  const Vector6d motion = twist(0.03, -0.02, 0.02, 0.01, 0, 0.02);
+  for (const double gain : {1.0, 1.3}) {
+    Odometry odometry((OdometryOptions()));
+    const KeptFrame kept(scene, scene.color_frame_at(Se3()), Se3());
+    (void)odometry.start(scene.frame_at(Se3()), Se3());
+    const ModelView model = scene.model_at(Se3());
+    const Frame& frame = scene.color_frame_at(Se3::exp(motion), gain);
+    const TrackingResult result = odometry.track(frame, model, kept.keyframe.get());
+    ASSERT_EQ(result.status, TrackingStatus::kTracked);
+    EXPECT_LT(result.degeneracy, 0.5F);
+    EXPECT_GT(result.keyframe_overlap, 0.8F);
+    EXPECT_LT((result.T_odom_camera.log() - motion).norm(), 0.015) << "gain " << gain;
+  }
 }
 
 TEST(Odometry, LosesItselfWithAReasonAndKeepsItsPose) {

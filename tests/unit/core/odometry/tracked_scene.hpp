@@ -24,6 +24,10 @@ class TrackedScene {
   const Frame& frame_at(const Se3& T_world_camera) {
     return preprocessor_->process(camera_.capture(scene_, T_world_camera, floor_m_, slope_));
   }
+  const Frame& color_frame_at(const Se3& T_world_camera, double gain = 1) {
+    return preprocessor_->process(camera_.capture_color(scene_, T_world_camera, floor_m_, slope_, gain));
+  }
+  const PinholeCamera& working_camera() const { return preprocessor_->working_camera(); }
   const Frame& black_frame() { return preprocessor_->process(camera_.black()); }
   // The scene without noise, at the frame's resolution; valid until the next call.
   ModelView model_at(const Se3& T_world_view) {
