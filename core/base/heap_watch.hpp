@@ -38,7 +38,8 @@ class HeapSeal {
 };
 
 /// How much of the heap one thread may hold, above what it held when the fence went up (giving back memory
-/// from before makes room). Up while this lives; one at a time on a thread.
+/// from before makes room), to within what the heap rounds a block up by. Up while this lives; one at a time
+/// on a thread.
 class HeapFence {
  public:
   /// What a fence has seen. Written by the fenced thread, read by any.

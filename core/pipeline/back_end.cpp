@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "core/pipeline/back_end.hpp"
 
+#include "core/base/heap_watch.hpp"
 #include "core/base/steady_time.hpp"
 
 namespace loopsift {
@@ -20,7 +21,8 @@ bool BackEnd::insert_fragment(const Fragment& fragment) {
   const Fragment* previous = fragments_.empty() ? nullptr : fragments_.back();
   append_fragment(previous, fragment, options_.keyframes_per_fragment, &graph_);
   fragments_.push_back(&fragment);
-  if (options_.calibrate_odometry) calibration_.add(fragment, graph_);
+  if (options_.calibrate_odometry && !within_fence([&] { calibration_.add(fragment, graph_); }))
+    ++registrations_refused_;
   return true;
 }
 
@@ -39,8 +41,11 @@ bool BackEnd::add_fragment(const Fragment& fragment) {
     const std::int64_t start = steady_now_ns();
     const std::size_t before = proposals_.size();
     const std::vector<Se3> poses = T_map_fragment();
-    proposer_.add_fragment(fragment);
-    proposer_.propose(fragment.id, poses, &proposals_);
+    if (!within_fence([&] {
+          proposer_.add_fragment(fragment);
+          proposer_.propose(fragment.id, poses, &proposals_);
+        }))
+      ++registrations_refused_;  // what was proposed before memory ran out stays
     proposal_times_.record_ns(steady_now_ns() - start);
     sifter_.add(Span<const Loop>(proposals_.data() + before, proposals_.size() - before));
   }

@@ -54,6 +54,8 @@ class BackEnd {
   [[nodiscard]] const PoseGraph& calibrated_graph() const { return calibrated_graph_; }
   [[nodiscard]] int fragment_count() const { return static_cast<int>(fragments_.size()); }
   [[nodiscard]] int fragments_left_out() const { return fragments_left_out_; }
+  /// Fragments whose registration ran out of the memory that the thread is allowed (core/base/heap_watch.hpp).
+  [[nodiscard]] int registrations_refused() const { return registrations_refused_; }
   /// Pose of each fragment in the best map.
   [[nodiscard]] std::vector<Se3> T_map_fragment() const;
   /// Correction in force at the newest fragment.
@@ -73,7 +75,7 @@ class BackEnd {
   PoseGraph calibrated_graph_;
   std::vector<const Fragment*> fragments_;
   std::vector<Loop> proposals_;
-  int fragments_left_out_ = 0;
+  int fragments_left_out_ = 0, registrations_refused_ = 0;
   LatencyHistogram proposal_times_;
 };
 

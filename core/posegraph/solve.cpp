@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <new>
 
+#include "core/base/heap_watch.hpp"
 #include "core/posegraph/edge_error.hpp"
 #include "core/posegraph/graph_check.hpp"
 #include "core/posegraph/pose_graph.hpp"
@@ -187,11 +187,9 @@ SolveSummary solve(const SolveOptions& options, PoseGraph* graph) {
     summary.converged = true;  // nothing to move; Ceres calls an empty problem a failure
     return summary;
   }
-  try {
-    summary = solve_checked(options, graph);
-  } catch (const std::bad_alloc&) {  // the back thread may give the solve a bounded amount of memory
+  // The back thread has a bounded amount of memory; the graph is only written to when all has gone well.
+  if (!within_fence([&] { summary = solve_checked(options, graph); }))
     summary.message = "the solve ran out of the memory allowed to it";
-  }
   summary.odometry_chi2 = sum_chi2(graph->odometry, graph->T_map_node);
   summary.loop_chi2 = sum_chi2(graph->loops, graph->T_map_node);
   return summary;

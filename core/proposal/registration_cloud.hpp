@@ -25,6 +25,10 @@ struct RegistrationCloud {
     points.clear();
     normals.clear();
   }
+  void reserve(std::size_t count) {
+    points.reserve(count);
+    normals.reserve(count);
+  }
 };
 
 /// Thins surfels to a voxel grid by averaging, weighted by confidence. Surfels that face away from the first

@@ -128,6 +128,55 @@ TEST_F(BackWorkerTest, FinishWorksOffTheBacklogFirst) {
   EXPECT_EQ(parts_->back_end.fragment_count(), 7);
 }
 
+// Held inside the back end, as a thread that hangs would be.
+TEST_F(BackWorkerTest, AQuickEndLeavesWhatWaitsAndFreesWhoeverWaits) {
+  BackWorker& worker = parts_->worker;
+  worker.start();
+  for (std::size_t f = 0; f < 4; ++f) close_fragment(f);
+  worker.wait_until_idle();
+  const Loop loop = world_.loop(0, 0, 3);
+  parts_->back_end.add_loops(Span<const Loop>(&loop, 1));
+  Semaphore held, go_on;
+  parts_->back_end.sifter().on_progress([&](std::size_t, std::size_t) {
+    held.post();
+    go_on.wait();
+  });
+  close_fragment(4);
+  held.wait();
+  close_fragment(5), close_fragment(6);
+  worker.request_end(Ending::kQuick);
+  worker.wait_until_idle();  // at rate max the front thread would wait here
+  EXPECT_FALSE(worker.ended());
+  for (int k = 0; k < 100; ++k) go_on.post();
+  worker.join();
+  EXPECT_TRUE(worker.ended());
+  EXPECT_EQ(parts_->back_end.fragment_count(), 5) << "what was in work was ended, the rest left";
+  EXPECT_FALSE(worker.disabled());
+}
+
+TEST_F(BackWorkerTest, AnAbandonedThreadHasNoEffectAnyMore) {
+  BackWorker& worker = parts_->worker;
+  worker.start();
+  for (std::size_t f = 0; f < 6; ++f) close_fragment(f);
+  worker.wait_until_idle();
+  const Loop loop = world_.loop(0, 0, 5);
+  parts_->back_end.add_loops(Span<const Loop>(&loop, 1));
+  Semaphore held, go_on;
+  parts_->back_end.sifter().on_progress([&](std::size_t, std::size_t) {
+    held.post();
+    go_on.wait();
+  });
+  close_fragment(6);
+  held.wait();
+  worker.abandon();
+  worker.wait_until_idle();
+  EXPECT_TRUE(worker.disabled());
+  for (int k = 0; k < 100; ++k) go_on.post();
+  worker.finish();
+  CorrectionRecord correction;
+  EXPECT_FALSE(worker.take(&correction)) << "the loop would have been accepted";
+}
+
 TEST_F(BackWorkerTest, FinishWithoutAnyFragmentEnds) {
   parts_->worker.start();
   parts_->worker.finish();
