@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "firmware_app/front_loop.hpp"
 
+#include <cstdio>
 #include <cstring>
 
 #include "core/base/steady_time.hpp"
@@ -36,7 +37,7 @@ ReadStatus FrontLoop::run(const RunControl& control, ThreadMonitor* monitor, Thr
         tenure->seal_heap();
         break;
       case ReadStatus::kBad:
-        note(parts_.queue.message());
+        note_skipped();
         break;
       case ReadStatus::kTimeout:
         break;
@@ -64,6 +65,7 @@ void FrontLoop::take(const RawFrame& raw, ThreadMonitor* monitor) {
     const bool lost = result.tracking.status == TrackingStatus::kLost;
     if (!lost) keep(result);
     count(lost ? &status_.lost : &status_.tracked);
+    note_state(result);
     status_.newest_lost = lost;
     note_times(result, start_ns, raw);
   }
@@ -126,6 +128,30 @@ void FrontLoop::note_times(const FrontEndResult& result, std::int64_t start_ns, 
   figures_[Stage::kFrame].record_ns(result.times.preprocess_ns + result.times.odometry_ns +
                                     result.times.fusion_ns);
   figures_[Stage::kCaptureToPose].record_ns(now - (raw.captured_ns > 0 ? raw.captured_ns : start_ns));
+}
+
+// When tracking is lost, and when a new piece of the trajectory starts.
+void FrontLoop::note_state(const FrontEndResult& result) {
+  const auto frame = static_cast<long long>(status_.frames.load(std::memory_order_relaxed));
+  char text[160];
+  if (result.tracking.status == TrackingStatus::kLost && !status_.newest_lost) {
+    std::snprintf(text, sizeof text, "tracking lost at frame %lld: %s", frame,
+                  to_string(result.tracking.reason));
+    note(text);
+  } else if (result.tracking.status == TrackingStatus::kFirst && frame > 0) {
+    std::snprintf(text, sizeof text,
+                  "frame %lld starts a new piece of the map, which a loop must join to the rest", frame);
+    note(text);
+  } else if (result.tracking.status == TrackingStatus::kTracked && status_.newest_lost) {
+    std::snprintf(text, sizeof text, "tracking again at frame %lld", frame);
+    note(text);
+  }
+}
+
+void FrontLoop::note_skipped() {
+  char text[256];
+  std::snprintf(text, sizeof text, "frame skipped: %s", parts_.queue.message());
+  note(text);
 }
 
 void FrontLoop::note(const char* text) {

@@ -77,6 +77,8 @@ class FrontLoop {
   void keep(const FrontEndResult& result);
   void hand_over(std::int64_t timestamp_ns);
   void note_times(const FrontEndResult& result, std::int64_t start_ns, const RawFrame& raw);
+  void note_state(const FrontEndResult& result);
+  void note_skipped();
   void note(const char* text);
 
   Parts parts_;

@@ -68,7 +68,7 @@ void Supervisor::tick() {
 
 void Supervisor::tell_notes() {
   FrontLoop::Note note;
-  while (view_.front.next_note(&note)) spdlog::warn("frame skipped: {}", note.text.data());
+  while (view_.front.next_note(&note)) spdlog::warn("{}", note.text.data());
 }
 
 void Supervisor::obey_commands() {

@@ -60,10 +60,19 @@ FrontEndResult FrontEnd::process(const RawFrame& raw, const TrackingResult& give
 }
 
 TrackingResult FrontEnd::track(const Frame& frame) {
+  // A clock that was set back for good makes a new piece, once patience is at its end.
+  const bool impatient = lost_frames_ > options_.lost_patience_frames;
+  if (frame.id.value > 0 && frame.timestamp_ns <= newest_timestamp_ns_ && !impatient) {
+    TrackingResult refused;
+    refused.reason = LostReason::kBadTime;
+    refused.T_odom_camera = odometry_.T_odom_camera();
+    return refused;
+  }
+  newest_timestamp_ns_ = frame.timestamp_ns;
   const Span<const Fragment> all = store_->fragments();
   const Span<const Fragment> piece(all.data() + piece_begin_, all.size() - piece_begin_);
   const bool no_model = builder_.empty() && piece.empty();
-  if (no_model || lost_frames_ > options_.lost_patience_frames) {
+  if (no_model || impatient) {
     return odometry_.start(frame, odometry_.T_odom_camera());
   }
   const ModelView& model = renderer_.render(piece, builder_.active().surfels(), builder_.T_odom_fragment(),

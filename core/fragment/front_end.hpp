@@ -71,6 +71,7 @@ class FrontEnd {
   Keyframe keyframe_;
   DepthCalibration depth_calibration_;
   std::size_t piece_begin_ = 0;  // first fragment of the current piece of trajectory
+  std::int64_t newest_timestamp_ns_ = 0;
   int lost_frames_ = 0;
 };
 

@@ -38,6 +38,26 @@ LostReason check(const OdometryOptions& o, const IcpSystem& system, const Vector
 
 }  // namespace
 
+const char* to_string(LostReason reason) {
+  switch (reason) {
+    case LostReason::kNone:
+      return "tracked";
+    case LostReason::kNoDepth:
+      return "too little depth (lens covered, too near, too far)";
+    case LostReason::kNoModel:
+      return "the map is out of sight";
+    case LostReason::kFewInliers:
+      return "too little agrees with the map";
+    case LostReason::kLargeMotion:
+      return "too large a motion";
+    case LostReason::kNoPose:
+      return "the odometry given has no pose for this time";
+    case LostReason::kBadTime:
+      return "time stamp not after the one before";
+  }
+  return "unknown";
+}
+
 Status validate(const OdometryOptions& o) {
   if (o.finest_level < 0) return out_of_range("finest_level", "0 or more");
   if (o.iterations_coarse < 1) return out_of_range("iterations_coarse", "1 or more");

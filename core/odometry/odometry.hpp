@@ -52,7 +52,10 @@ enum class LostReason {
   kFewInliers,   ///< too few pixels agree with the model
   kLargeMotion,  ///< the solution is too far from the prediction
   kNoPose,       ///< external odometry has no pose for this time
+  kBadTime,      ///< the frame's time stamp is not after the one before
 };
+/// For a person: "too little depth", … Never null.
+[[nodiscard]] const char* to_string(LostReason reason);
 
 struct TrackingResult {
   TrackingStatus status = TrackingStatus::kLost;

@@ -96,9 +96,11 @@ void Proposer::prepare_target(const Entry& newest) {
 void Proposer::choose_candidates(const Entry& newest, Span<const Se3> T_map_fragment) {
   candidates_.clear();
   const std::size_t newest_index = newest.fragment->id.index();
+  // No odometry edge says how a fragment after a loss of tracking hangs together with the one before.
+  const std::size_t skipped = newest.fragment->joined_to_previous ? 2 : 1;
   for (std::size_t e = 0; e < entries_.size(); ++e) {
     const std::size_t index = entries_[e].fragment->id.index();
-    if (index + 2 > newest_index) break;
+    if (index + skipped > newest_index) break;
     Candidate candidate{e, 0, distance(entries_[e].mean, newest.mean)};
     if (newest_index < T_map_fragment.size() && !entries_[e].samples.empty()) {
       const Se3f T(T_map_fragment[newest_index].inverse() * T_map_fragment[index]);
