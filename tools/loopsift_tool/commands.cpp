@@ -23,6 +23,9 @@ int parse_and_run(int argc, const char* const* argv) {
   add_eval_loops_command(app, &exit_code);
   add_eval_surface_command(app, &exit_code);
   add_synth_command(app, &exit_code);
+  add_monitor_command(app, &exit_code);
+  add_record_command(app, &exit_code);
+  add_play_command(app, &exit_code);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -16,6 +16,9 @@ void add_dmp_command(CLI::App& app, int* exit_code);
 void add_eval_loops_command(CLI::App& app, int* exit_code);
 void add_eval_surface_command(CLI::App& app, int* exit_code);
 void add_eval_trajectory_command(CLI::App& app, int* exit_code);
+void add_monitor_command(CLI::App& app, int* exit_code);
+void add_play_command(CLI::App& app, int* exit_code);
+void add_record_command(CLI::App& app, int* exit_code);
 void add_sift_command(CLI::App& app, int* exit_code);
 void add_synth_command(CLI::App& app, int* exit_code);
 
