@@ -73,7 +73,6 @@ void FrontLoop::take(const RawFrame& raw, ThreadMonitor* monitor) {
   if (status_.frames == 0) first_timestamp_ns_ = raw.timestamp_ns;
   last_timestamp_ns_ = raw.timestamp_ns;
   status_.newest_timestamp_ns = raw.timestamp_ns;
-  status_.newest_came_ns = steady_now_ns();
   figures_.sequence_duration_s = static_cast<double>(last_timestamp_ns_ - first_timestamp_ns_) * 1e-9;
   count(&status_.frames);
 }
@@ -150,7 +149,7 @@ void FrontLoop::note_state(const FrontEndResult& result) {
 
 void FrontLoop::note_skipped() {
   char text[256];
-  std::snprintf(text, sizeof text, "frame skipped: %s", parts_.queue.message());
+  std::snprintf(text, sizeof text, "frame skipped: %.200s", parts_.queue.message());
   note(text);
 }
 

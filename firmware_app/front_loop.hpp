@@ -26,7 +26,6 @@ namespace loopsift {
 struct FrontStatus {
   std::atomic<std::int64_t> frames{0}, tracked{0}, lost{0};
   std::atomic<std::int64_t> newest_timestamp_ns{0};  ///< of a depth image; 0 before the first
-  std::atomic<std::int64_t> newest_came_ns{0};       ///< steady clock
   std::atomic<bool> newest_lost{false};
   std::atomic<std::int32_t> fragments{0}, epoch{0};
   std::atomic<std::int64_t> poses_refused{0};

@@ -28,7 +28,10 @@ std::string progress_line(const ProgressState& state, double frames_per_s, int b
   std::snprintf(text, sizeof text, " %s frames, %.1f frames/s, %lld fragments, loops %lld of %lld",
                 frames.c_str(), frames_per_s, static_cast<long long>(state.fragments),
                 static_cast<long long>(state.loops_accepted), static_cast<long long>(state.loops_proposed));
-  return line + text;
+  line += text;
+  if (state.frames_dropped > 0) line += ", " + std::to_string(state.frames_dropped) + " dropped";
+  if (state.frames_late > 0) line += ", " + std::to_string(state.frames_late) + " late";
+  return line;
 }
 
 Progress::Progress(std::FILE* stream) : Progress(stream, isatty(fileno(stream)) != 0) {}

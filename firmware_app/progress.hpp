@@ -15,6 +15,8 @@ struct ProgressState {
   std::int64_t fragments = 0;
   std::int64_t loops_proposed = 0;
   std::int64_t loops_accepted = 0;
+  std::int64_t frames_dropped = 0;  ///< said from the first on
+  std::int64_t frames_late = 0;     ///< past their deadline; said from the first on
 };
 
 /// One line without its end: "mapping [####------] 400/1000 frames, 31.2 frames/s, 8 fragments, loops 3 of

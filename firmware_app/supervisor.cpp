@@ -44,10 +44,8 @@ void Supervisor::ready() { service_.notify("READY=1"); }
 RunState Supervisor::state(std::int64_t now_ns) const {
   if (finishing_) return RunState::kFinishing;
   const FrontStatus& front = view_.front.status();
-  const bool any = front.frames > 0;
-  const std::int64_t since_ns = any ? front.newest_came_ns.load() : started_ns_;
-  if (seconds(now_ns - since_ns) > settings_.watchdog.no_source_s) return RunState::kNoSource;
-  if (!any) return RunState::kStarting;
+  if (seconds(view_.source.waiting_ns(now_ns)) > settings_.watchdog.no_source_s) return RunState::kNoSource;
+  if (front.frames == 0) return RunState::kStarting;
   return front.newest_lost ? RunState::kLost : RunState::kTracking;
 }
 
@@ -139,6 +137,10 @@ ProgressState Supervisor::progress_state(std::int64_t now_ns) const {
   progress.fragments = front.fragments;
   progress.loops_proposed = view_.back_worker.loops_proposed();
   progress.loops_accepted = view_.back_worker.loops_accepted();
+  const FrameQueueCounts counts = view_.queue.counts();
+  progress.frames_dropped = counts.dropped + counts.bad;
+  if (settings_.run.rate == Rate::kRealtime)
+    progress.frames_late = view_.monitors[static_cast<std::size_t>(ThreadRole::kFront)].deadline_misses();
   return progress;
 }
 

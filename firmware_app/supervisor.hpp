@@ -17,6 +17,7 @@
 #include "firmware_app/run_health.hpp"
 #include "firmware_app/service_manager.hpp"
 #include "firmware_app/thread_monitor.hpp"
+#include "firmware_app/watched_source.hpp"
 
 namespace loopsift {
 
@@ -30,6 +31,7 @@ class Supervisor {
  public:
   /// What it looks at; all must outlive it.
   struct View {
+    const WatchedSource& source;
     const FrameQueue& queue;
     FrontLoop& front;
     BackWorker& back_worker;

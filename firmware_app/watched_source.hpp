@@ -2,6 +2,10 @@
 // A source as the watchdog sees it: each read is a piece of work of the capture thread, which is sealed after
 // its first frame (until then decoders and devices may still take memory).
 #pragma once
+#include <atomic>
+#include <cstdint>
+
+#include "core/base/steady_time.hpp"
 #include "drivers/frame_source.hpp"
 #include "firmware_app/thread_monitor.hpp"
 
@@ -17,9 +21,17 @@ class WatchedSource final : public FrameSource {
 
   ReadStatus read(RawFrame& frame, int timeout_ms) override {
     const WorkSpan span(&monitor_);
+    if (waiting_since_ns_ == 0) waiting_since_ns_ = steady_now_ns();
     const ReadStatus status = source_.read(frame, timeout_ms);
+    if (status == ReadStatus::kFrame) waiting_since_ns_ = 0;
     if (status == ReadStatus::kFrame && tenure_ != nullptr) tenure_->seal_heap();
     return status;
+  }
+
+  /// For how long the source has been asked for a frame without giving one. Any thread.
+  [[nodiscard]] std::int64_t waiting_ns(std::int64_t now_ns) const {
+    const std::int64_t since = waiting_since_ns_.load(std::memory_order_relaxed);
+    return since == 0 || now_ns < since ? 0 : now_ns - since;
   }
 
   /// Capture thread: its tenure, for as long as it reads.
@@ -30,6 +42,7 @@ class WatchedSource final : public FrameSource {
   FrameSource& source_;
   ThreadMonitor& monitor_;
   ThreadTenure* tenure_ = nullptr;
+  std::atomic<std::int64_t> waiting_since_ns_{0};
 };
 
 }  // namespace loopsift

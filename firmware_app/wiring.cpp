@@ -36,6 +36,11 @@ double steady_seconds() { return static_cast<double>(steady_now_ns()) * 1e-9; }
 
 std::size_t mebibytes(int count) { return static_cast<std::size_t>(count) * kMib; }
 
+/// What the back thread may hold, and a quarter more for what lies between its blocks.
+std::size_t heap_region_bytes(const Settings& settings) {
+  return mebibytes(settings.memory.back_heap_mib) / 4 * 5;
+}
+
 SourceOptions source_options(const Settings& settings) {
   SourceOptions options;
   options.camera = settings.camera.model;
@@ -125,7 +130,7 @@ void add_process_rows(const Settings& settings, MemoryBudget* budget) {
   const auto so_far = static_cast<std::size_t>(resident_bytes());
   budget->add("process/program, source", 1, (so_far + kCodeToCome + kMib - 1) / kMib * kMib);
   budget->add("process/stacks", kThreadCount, kThreadCount * kStackBytes / 4);
-  budget->add("back/heap", 1, mebibytes(settings.memory.back_heap_mib));
+  budget->add("back/heap", 1, heap_region_bytes(settings));
 }
 
 std::optional<Failure> measure(const Settings& settings, FrameSource& source, MemoryPlan* plan) {
@@ -166,10 +171,6 @@ void collect_back(const Parts& parts, RunFigures* figures) {
   figures->loops.tested = sifter.counts().tested;
   figures->loops.accepted = static_cast<std::int64_t>(sifter.accepted().size());
   figures->loops.revoked = sifter.counts().revoked;
-  (*figures)[Stage::kProposal] = parts.back_end.proposal_times();
-  (*figures)[Stage::kLoopSolve] = sifter.solve_times();
-  (*figures)[Stage::kLoopScore] = sifter.score_times();
-  (*figures)[Stage::kLoopTest] = sifter.test_times();
   figures->dmp.odometry_m2 = parts.back_end.dmp_odometry();
   figures->dmp.final_m2 = parts.back_end.dmp_final();
   figures->dmp.views = parts.back_end.scorer().view_count();
@@ -179,10 +180,18 @@ void collect(const Parts& parts, const Shared& shared, RunFigures* figures) {
   const FrameQueueCounts counts = parts.queue.counts();
   const FrontStatus& front = parts.front.status();
   figures->frames = {counts.received + counts.bad, counts.dropped + counts.bad, front.tracked, front.lost};
+  (*figures)[Stage::kProposal] = parts.back_end.proposal_times();
+  (*figures)[Stage::kLoopSolve] = parts.back_end.sifter().solve_times();
+  (*figures)[Stage::kLoopScore] = parts.back_end.sifter().score_times();
+  (*figures)[Stage::kLoopTest] = parts.back_end.sifter().test_times();
   (*figures)[Stage::kCorrection] = parts.back_worker.correction_times();
   figures->pools = parts.publisher.pools();
   for (const PoolFigures& pool : store_pools(parts.store)) figures->pools.push_back(pool);
   figures->pools.push_back(parts.front.pose_pool());
+  const ActiveSurfels& active = parts.front_end.builder().active();
+  figures->pools.push_back({"fragment/active surfels", static_cast<std::int64_t>(active.capacity()),
+                            static_cast<std::int64_t>(active.high_water()),
+                            static_cast<std::int64_t>(active.refused())});
   const auto heap_calls = [&](ThreadRole role) {
     const std::int64_t calls = shared.monitors[static_cast<std::size_t>(role)].heap_calls();
     return calls < 0 ? std::nullopt : std::optional(calls);
@@ -266,8 +275,8 @@ std::optional<Failure> Run::go(RunControl& control, Progress& progress) {
       !started.ok())
     spdlog::warn("{}", started.error().message);
   Supervisor supervisor(settings_,
-                        {parts_.queue, parts_.front, parts_.back_worker, parts_.publisher, control,
-                         parts_.store, parts_.back_end, shared_.figures, shared_.monitors,
+                        {parts_.source, parts_.queue, parts_.front, parts_.back_worker, parts_.publisher,
+                         control, parts_.store, parts_.back_end, shared_.figures, shared_.monitors,
                          source_->info().frame_count, shared_.figures.memory.budget_bytes},
                         progress);
   start_threads(control);
@@ -365,7 +374,7 @@ RunEnd run(const Settings& settings, RunControl& control, Progress* progress) {
   if (!settings.run.out.empty())
     if (const Status made = make_folder(settings.run.out); !made.ok())
       return {Failure{Phase::kRun, made.error()}};
-  warm_heap(mebibytes(settings.memory.back_heap_mib));
+  warm_heap(heap_region_bytes(settings));
   auto one = std::make_unique<Run>(settings, std::move(*source), std::move(*odometry), plan);
   RunEnd end{one->go(control, *progress)};
   if (const Status written = one->write(started_s); !written.ok() && !end.failure)

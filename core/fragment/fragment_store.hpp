@@ -17,7 +17,7 @@ namespace loopsift {
 
 struct StoreOptions {
   int max_fragments = 360;
-  int max_surfels = 1750000;   ///< of all fragments
+  int max_surfels = 1700000;   ///< of all fragments
   int max_frames = 18000;      ///< of all fragments
   int max_views = 720;         ///< of all fragments
   int max_view_pixels = 4800;  ///< of one view

@@ -82,7 +82,9 @@ OptionSection memory_section(MemorySettings& s) {
               {"cap_mib", &s.cap_mib, "refuse to start when the budget is larger", {1, 1 << 20}},
               {"back_heap_mib",
                &s.back_heap_mib,
-               "of the heap for registration, solves and lists of loops; what needs more is refused",
+               "of the heap for registration, solves and lists of loops, a quarter more is kept for gaps; "
+               "what needs "
+               "more is refused",
                {4, 1 << 20}},
           }};
 }

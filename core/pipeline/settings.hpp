@@ -53,7 +53,7 @@ struct LcmSettings {
 
 struct MemorySettings {
   int cap_mib = 256;
-  int back_heap_mib = 24;  ///< what the back thread may hold of the heap: registration, solves, its lists
+  int back_heap_mib = 20;  ///< what the back thread may hold of the heap: registration, solves, its lists
 };
 
 /// How the threads run. Priorities are SCHED_FIFO's, 0 is normal scheduling; a core of −1 is any.
@@ -78,7 +78,7 @@ struct WatchdogSettings {
   double front_hung_s = 10;          ///< one frame; past it the service manager gets no sign of life
   double back_hung_s = 120;          ///< one new piece; past it the back thread is disabled
   double no_source_s = 2;            ///< without a frame
-  double stop_s = 1.2;               ///< that a stop by signal waits for the back thread
+  double stop_s = 1.0;               ///< that a stop by signal waits for the back thread
 };
 
 struct Settings {

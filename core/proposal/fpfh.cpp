@@ -53,6 +53,12 @@ void normalise(Fpfh* f) {
 
 void FpfhExtractor::collect_neighbours(const RegistrationCloud& cloud) {
   index_.build(cloud.points, options_.radius_m);
+  // Counted first: a list that grew would be held twice on the way.
+  std::size_t count = 0;
+  for (const Eigen::Vector3f& p : cloud.points)
+    index_.for_each_within(p, options_.radius_m, [&](std::uint32_t, float) { ++count; });
+  if (neighbours_.capacity() < count) std::vector<Neighbour>().swap(neighbours_);
+  neighbours_.reserve(count);
   starts_.assign(1, 0);
   neighbours_.clear();
   for (std::size_t i = 0; i < cloud.size(); ++i) {

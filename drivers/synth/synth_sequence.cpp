@@ -14,6 +14,18 @@ void keep_first(int frames, Trajectory* trajectory) {
   if (frames > 0 && wanted < trajectory->poses.size()) trajectory->poses.resize(wanted);
 }
 
+// Every second lap leads back, so that the camera never jumps; a turning point is one frame.
+void repeat(int laps, double rate_hz, Trajectory* trajectory) {
+  const std::vector<StampedPose> way = trajectory->poses;
+  for (int lap = 1; lap < laps; ++lap) {
+    for (std::size_t k = 1; k < way.size(); ++k) {
+      StampedPose pose = lap % 2 == 1 ? way[way.size() - 1 - k] : way[k];
+      pose.time_s = static_cast<double>(trajectory->poses.size()) / rate_hz;
+      trajectory->poses.push_back(pose);
+    }
+  }
+}
+
 }  // namespace
 
 Expected<SynthSequence> make_synth_sequence(const std::string& scene, const SourceOptions& options) {
@@ -23,6 +35,7 @@ Expected<SynthSequence> make_synth_sequence(const std::string& scene, const Sour
   if (!builtin) return builtin.error();
   builtin->pace.rate_hz = settings->rate_hz;
   SynthSequence sequence{*settings, std::move(builtin->scene), walk(builtin->waypoints, builtin->pace)};
+  repeat(settings->laps, settings->rate_hz, &sequence.trajectory);
   keep_first(settings->frames, &sequence.trajectory);
   return sequence;
 }

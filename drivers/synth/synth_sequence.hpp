@@ -19,6 +19,7 @@ namespace loopsift {
 /// A scene string, taken apart: NAME[?KEY=VALUE[&KEY=VALUE]…].
 ///
 ///   frames=N        the first N frames (same speed); all of them when left out
+///   laps=N          the way N times, there and back in turn (default 1)
 ///   noise=0|1       sensor noise and holes (default 1)
 ///   distortion=0|1  the camera's smooth depth distortion (default 1)
 ///   seed=N          of noise and distortion
@@ -33,6 +34,7 @@ struct SynthSettings {
   PinholeCamera camera{640, 480, 525.0F, 525.0F, 319.5F, 239.5F};
   NoiseSettings noise;
   int frames = 0;  ///< 0: all
+  int laps = 1;
   double rate_hz = 30;
   bool color = true;
 };

@@ -9,7 +9,7 @@
 namespace loopsift {
 namespace {
 
-constexpr const char* kKeys = "frames, noise, distortion, seed, width, height, rate, color";
+constexpr const char* kKeys = "frames, laps, noise, distortion, seed, width, height, rate, color";
 constexpr double kMaxPixels = 8192;
 
 /// The whole text as a number from low to high.
@@ -27,8 +27,9 @@ struct Key {
   void (*set)(double value, SynthSettings* settings);
 };
 
-constexpr std::array<Key, 8> kTable = {{
+constexpr std::array<Key, 9> kTable = {{
     {"frames", 1, 1e6, true, [](double v, SynthSettings* s) { s->frames = static_cast<int>(v); }},
+    {"laps", 1, 1e4, true, [](double v, SynthSettings* s) { s->laps = static_cast<int>(v); }},
     {"noise", 0, 1, true, [](double v, SynthSettings* s) { s->noise.noise = v != 0.0; }},
     {"distortion", 0, 1, true, [](double v, SynthSettings* s) { s->noise.distortion = v != 0.0; }},
     {"seed", 0, 9e15, true,

@@ -62,5 +62,14 @@ TEST(Progress, ATerminalIsRedrawnInPlace) {
   EXPECT_LE(redraws, 12);
 }
 
+TEST(ProgressLine, SaysWhatWentWrongOnceItDid) {
+  ProgressState state;
+  EXPECT_EQ(progress_line(state, 0, 10).find("dropped"), std::string::npos);
+  EXPECT_EQ(progress_line(state, 0, 10).find("late"), std::string::npos);
+  state.frames_dropped = 12;
+  state.frames_late = 3;
+  EXPECT_NE(progress_line(state, 0, 10).find(", 12 dropped, 3 late"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace loopsift
