@@ -11,6 +11,8 @@
 namespace loopsift {
 namespace {
 
+constexpr int kBlocksPerNode = 4;  // of the graph's factor: one of the odometry, the rest of loops and fill
+
 LoopDecision to_message(Decision decision) {
   switch (decision) {
     case Decision::kAccepted:
@@ -52,7 +54,8 @@ BackWorker::BackWorker(BackEnd& back_end, const FragmentStore& store, Publisher&
       store_(store),
       publisher_(publisher),
       corrections_(arena.carve<CorrectionRecord>("back/corrections", kCorrections)),
-      saves_(arena.carve<Command>("back/saves", kSaves)) {}
+      saves_(arena.carve<Command>("back/saves", kSaves)),
+      covariance_(&arena, options.max_nodes, kBlocksPerNode * options.max_nodes) {}
 
 BackWorker::~BackWorker() {
   if (thread_.joinable()) finish();
@@ -180,8 +183,19 @@ void BackWorker::announce(bool changed, std::int64_t deciding_since_ns) {
   scratch_.epoch = ++epoch_;
   scratch_.frame_decided = back_end_.sifter().newest_frame();
   scratch_.T_map_odom = back_end_.T_map_odom();
+  put_covariance(&scratch_);
   undelivered_ = !corrections_.try_push(scratch_);
   correction_times_.record_ns(steady_now_ns() - deciding_since_ns);
+}
+
+/// Of the newest keyframe; what came after it is the publisher's to add.
+void BackWorker::put_covariance(CorrectionRecord* correction) {
+  const PoseGraph graph = back_end_.sifter().graph();
+  const int newest = static_cast<int>(graph.nodes.size()) - 1;
+  Matrix6d covariance;
+  const bool known = covariance_.compute(graph, newest, &covariance);
+  correction->covariance = known ? covariance : CorrectionRecord().covariance;
+  correction->covariance_timestamp_ns = newest >= 0 ? graph.nodes.back().timestamp_ns : 0;
 }
 
 void BackWorker::publish_graph(std::int32_t epoch) {

@@ -22,6 +22,7 @@
 #include "core/base/spsc_ring.hpp"
 #include "core/fragment/fragment_store.hpp"
 #include "core/pipeline/back_end.hpp"
+#include "core/posegraph/node_covariance.hpp"
 #include "firmware_app/publisher.hpp"
 #include "firmware_app/thread_monitor.hpp"
 
@@ -29,6 +30,7 @@ namespace loopsift {
 
 struct BackWorkerOptions {
   std::int64_t heap_bytes = std::int64_t{1} << 40;  ///< of the heap, for all that the thread does
+  int max_nodes = 128;               ///< of the graph; a larger one's covariances are not known
   ThreadMonitor* monitor = nullptr;                 ///< null: nobody watches
   std::function<Status()> save;                     ///< writes what there is; on the back thread
 };
@@ -97,6 +99,7 @@ class BackWorker {
   template <class Work>
   void guarded(Work&& work);
   void announce(bool changed, std::int64_t deciding_since_ns);
+  void put_covariance(CorrectionRecord* correction);
   void publish_graph(std::int32_t epoch);
   void publish_decisions(std::int64_t timestamp_ns);
 
@@ -106,6 +109,7 @@ class BackWorker {
   Publisher& publisher_;
   SpscRing<CorrectionRecord> corrections_;
   SpscRing<Command> saves_;
+  NodeCovariance covariance_;  // of the back thread
   CorrectionRecord scratch_;  // of the back thread: too large for its stack
   Semaphore work_, idle_;
   std::thread thread_;

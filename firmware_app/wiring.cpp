@@ -96,6 +96,7 @@ struct Parts {
   BackWorkerOptions back_worker_options(const Settings& settings, Shared& shared) {
     BackWorkerOptions options;
     options.heap_bytes = static_cast<std::int64_t>(mebibytes(settings.memory.back_heap_mib));
+    options.max_nodes = graph_limits(settings).max_nodes;
     options.monitor = &shared[ThreadRole::kBack];
     if (!settings.run.out.empty())
       options.save = [this, to = settings.run.out + "/saved"] { return save(to); };
