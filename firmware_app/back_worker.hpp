@@ -31,8 +31,8 @@ namespace loopsift {
 struct BackWorkerOptions {
   std::int64_t heap_bytes = std::int64_t{1} << 40;  ///< of the heap, for all that the thread does
   int max_nodes = 128;               ///< of the graph; a larger one's covariances are not known
-  ThreadMonitor* monitor = nullptr;                 ///< null: nobody watches
-  std::function<Status()> save;                     ///< writes what there is; on the back thread
+  ThreadMonitor* monitor = nullptr;  ///< null: nobody watches
+  std::function<Status()> save;      ///< writes what there is; on the back thread
 };
 
 /// What is still done once the end is asked for.
@@ -110,7 +110,7 @@ class BackWorker {
   SpscRing<CorrectionRecord> corrections_;
   SpscRing<Command> saves_;
   NodeCovariance covariance_;  // of the back thread
-  CorrectionRecord scratch_;  // of the back thread: too large for its stack
+  CorrectionRecord scratch_;   // of the back thread: too large for its stack
   Semaphore work_, idle_;
   std::thread thread_;
   std::atomic<std::int64_t> submitted_{0}, done_{0};
