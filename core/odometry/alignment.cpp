@@ -12,17 +12,12 @@ namespace {
 
 constexpr double kConvergedStep = 1e-5;  // metres or radians
 constexpr int kMinPixels = 200;
-constexpr float kMinOverlap = 0.25F;   // of a keyframe that has a say
-constexpr double kNoiseShare = 0.1;    // of the information in a direction; less is the normals' noise
-constexpr float kLeastScale = 0.004F;  // log intensity: a tenth of the noise of a good camera
-
-// The prior's information about the motion of one frame.
-Matrix6d prior_information(const OdometryOptions& o) {
-  Vector6d d;
-  d.head<3>().setConstant(1.0 / std::pow(static_cast<double>(o.prior_sigma_m), 2));
-  d.tail<3>().setConstant(1.0 / std::pow(static_cast<double>(o.prior_sigma_rad), 2));
-  return d.asDiagonal();
-}
+constexpr double kGapBegins = 1.5;       // frame periods since the last frame
+constexpr int kGapIterations = 3;        // times as many iterations after a gap
+constexpr float kGatePerPeriod = 0.07F;  // how much wider the coarsest gate grows with each period of a gap
+constexpr float kMinOverlap = 0.25F;     // of a keyframe that has a say
+constexpr double kNoiseShare = 0.1;      // of the information in a direction; less is the normals' noise
+constexpr float kLeastScale = 0.004F;    // log intensity: a tenth of the noise of a good camera
 
 // What the intensities cannot know better: colour that is not registered to depth, or taken a little later.
 Matrix6d floor_covariance(const OdometryOptions& o) {
@@ -34,20 +29,29 @@ Matrix6d floor_covariance(const OdometryOptions& o) {
 
 }  // namespace
 
+Matrix6d prior_information(const OdometryOptions& o, double periods) {
+  Vector6d d;
+  d.head<3>().setConstant(1.0 / std::pow(periods * static_cast<double>(o.prior_sigma_m), 2));
+  d.tail<3>().setConstant(1.0 / std::pow(periods * static_cast<double>(o.prior_sigma_rad), 2));
+  return d.asDiagonal();
+}
+
 Alignment::Alignment(const OdometryOptions& options, const Frame& frame, const ModelView& model,
-                     const Se3& T_odom_predicted, const Keyframe* keyframe)
+                     const Se3& T_odom_predicted, double periods, const Keyframe* keyframe)
     : options_(options),
       frame_(frame),
       model_(model),
       keyframe_(keyframe),
       finest_(std::min(options.finest_level, frame.level_count - 1)),
-      prior_(prior_information(options)),
+      periods_(periods),
+      prior_(prior_information(options, periods)),
       T_view_predicted_(model.T_odom_view.inverse() * T_odom_predicted),
       T_view_camera_(T_view_predicted_) {}
 
 void Alignment::run() {
   for (int l = frame_.level_count - 1; l >= finest_; --l) {
-    const int limit = l == finest_ ? options_.iterations_fine : options_.iterations_coarse;
+    int limit = l == finest_ ? options_.iterations_fine : options_.iterations_coarse;
+    if (periods_ > kGapBegins) limit *= kGapIterations;
     for (int i = 0; i < limit && !step(l); ++i) ++iterations_;
   }
   linearize_at(finest_);
@@ -61,8 +65,9 @@ void Alignment::linearize_at(int level) {
 IcpSettings Alignment::settings(int level) const {
   const auto above = static_cast<float>(level - finest_);
   const float s = above / static_cast<float>(std::max(1, frame_.level_count - 1 - finest_));
-  return {options_.gate_fine_m + s * (options_.gate_coarse_m - options_.gate_fine_m),
-          options_.min_normal_cosine, options_.noise_floor_m, options_.noise_slope, scale_};
+  const float coarse = options_.gate_coarse_m * (1.0F + kGatePerPeriod * static_cast<float>(periods_ - 1.0));
+  return {options_.gate_fine_m + s * (coarse - options_.gate_fine_m), options_.min_normal_cosine,
+          options_.noise_floor_m, options_.noise_slope, scale_};
 }
 
 // In a direction in which only the noise of the normals says something, the surface says nothing. Λ, the

@@ -8,11 +8,15 @@
 
 namespace loopsift {
 
+/// The prior's information about a motion that took some frame periods.
+[[nodiscard]] Matrix6d prior_information(const OdometryOptions& options, double periods);
+
 class Alignment {
  public:
-  /// keyframe is null where intensities are not used.
+  /// periods: the time since the last frame in frame periods, 1 or more; the prediction is worth less after a
+  /// gap, and partners are looked for farther away. keyframe is null where intensities are not used.
   Alignment(const OdometryOptions& options, const Frame& frame, const ModelView& model,
-            const Se3& T_odom_predicted, const Keyframe* keyframe);
+            const Se3& T_odom_predicted, double periods, const Keyframe* keyframe);
   void run();
   /// Geometry at the last pose.
   [[nodiscard]] const IcpSystem& system() const { return system_; }
@@ -46,6 +50,7 @@ class Alignment {
   const ModelView& model_;
   const Keyframe* keyframe_;
   int finest_;
+  double periods_;
   Matrix6d prior_;
   Se3 T_view_predicted_, T_view_camera_;
   IcpSystem system_;

@@ -11,7 +11,9 @@
 namespace loopsift {
 namespace {
 
-constexpr int kMinPixels = 200;  // with depth, or with a partner, on the finest level used
+constexpr float kSureInliers = 0.6F;      // of a pose after a gap, about which the prediction says little
+constexpr float kSureDegeneracy = 0.15F;  // the same
+constexpr int kMinPixels = 200;           // with depth, or with a partner, on the finest level used
 
 Status out_of_range(const char* key, const char* range) {
   return Error{ErrorCode::kUsage, std::string("odometry.") + key + " must be " + range};
@@ -91,7 +93,9 @@ Se3 Odometry::predict(std::int64_t timestamp_ns) const {
 TrackingResult Odometry::track(const Frame& frame, const ModelView& model, const Keyframe* keyframe) {
   const bool photometric = options_.photometric && keyframe != nullptr && keyframe->has_intensity() &&
                            !frame.levels[0].intensity.empty();
-  Alignment alignment(options_, frame, model, predict(frame.timestamp_ns), photometric ? keyframe : nullptr);
+  const double periods = periods_to(frame.timestamp_ns);
+  Alignment alignment(options_, frame, model, predict(frame.timestamp_ns), periods,
+                      photometric ? keyframe : nullptr);
   alignment.run();
   const IcpSystem& system = alignment.system();
   TrackingResult result;
@@ -102,15 +106,22 @@ TrackingResult Odometry::track(const Frame& frame, const ModelView& model, const
     result.inlier_fraction = static_cast<float>(system.inliers) / static_cast<float>(system.valid);
   if (system.inliers > 0)
     result.residual_rms_m = static_cast<float>(std::sqrt(system.squares_m2 / system.inliers));
+  result.degeneracy = degeneracy_of(alignment.measured(), prior_information(options_, 1.0));
+  if (result.reason == LostReason::kNone && periods >= kGapPeriods &&
+      (result.inlier_fraction < kSureInliers || result.degeneracy > kSureDegeneracy))
+    result.reason = LostReason::kFewInliers;
   if (result.reason != LostReason::kNone) return result;
 
   result.status = TrackingStatus::kTracked;
   result.T_odom_camera = alignment.T_odom_camera();
   result.information = alignment.measured() + alignment.prior();
-  result.degeneracy = degeneracy_of(alignment.measured(), alignment.prior());
   result.keyframe_overlap = alignment.keyframe_overlap();
   move_to(result.T_odom_camera, frame.timestamp_ns);
   return result;
+}
+
+double Odometry::periods_to(std::int64_t timestamp_ns) const {
+  return std::clamp(1e-9 * static_cast<double>(timestamp_ns - timestamp_ns_) / kPeriodS, 1.0, kMaxPeriods);
 }
 
 void Odometry::move_to(const Se3& T_odom_camera, std::int64_t timestamp_ns) {

@@ -26,7 +26,7 @@ struct OdometryOptions {
   float noise_floor_m = 0.0012F;  ///< σ(z) = floor + slope · (z − 0.4 m)², the form of Nguyen et al. 2012;
                                   ///< slope also for distortion
   float noise_slope = 0.003F;            ///< per metre
-  float prior_sigma_m = 0.03F;           ///< of the constant-velocity prediction, per frame
+  float prior_sigma_m = 0.03F;           ///< of the constant-velocity prediction, per 1/30 s
   float prior_sigma_rad = 0.03F;         ///< the same for rotation
   float correlated_pixels = 300.0F;      ///< pixels that err together; divides the information
   bool photometric = true;               ///< track intensities, too, where there is colour
@@ -94,7 +94,11 @@ class Odometry {
 
  private:
   void move_to(const Se3& T_odom_camera, std::int64_t timestamp_ns);
+  [[nodiscard]] double periods_to(std::int64_t timestamp_ns) const;
 
+  static constexpr double kPeriodS = 1.0 / 30;    // of the prior's sigmas
+  static constexpr double kMaxPeriods = 30;       // a gap longer than that makes the prior no weaker
+  static constexpr double kGapPeriods = 6;        // from there on a pose must prove itself
   static constexpr double kMaxPredictionS = 0.5;  // a velocity older than that says nothing
   OdometryOptions options_;
   Se3 T_odom_camera_;

@@ -6,8 +6,11 @@
 #include <vector>
 
 #include "core/fragment/front_end.hpp"
+#include "core/frame/intensity.hpp"
 #include "core/frame/kernels.hpp"
+#include "core/odometry/depth_calibration.hpp"
 #include "core/odometry/icp.hpp"
+#include "core/odometry/photometric.hpp"
 #include "tests/support/analytic_scene.hpp"
 
 namespace loopsift {
@@ -29,8 +32,8 @@ class Lap {
     for (int i = 0; i < kFrames; ++i) {
       cameras_.push_back(std::make_unique<SceneCamera>(camera_of(width), 1));
       const double s = 0.3 * (i < kFrames / 2 ? i : kFrames - i) / (kFrames / 2.0);
-      raw_.push_back(
-          cameras_.back()->capture(AnalyticScene::room(), shifted(s, 0, 0.3 * s, 0.2 * s), 0.0012, 0.0019));
+      raw_.push_back(cameras_.back()->capture_color(AnalyticScene::room(), shifted(s, 0, 0.3 * s, 0.2 * s),
+                                                    0.0012, 0.0019));
     }
   }
   RawFrame next() {
@@ -100,8 +103,9 @@ struct Scene {
       builder->integrate(*frame, Se3(), Matrix6d::Zero(), true);
     }
     raw_owner = std::make_unique<SceneCamera>(camera_of(width), 1);
-    raw = raw_owner->capture(AnalyticScene::room(), Se3(), 0.0012, 0.0019);
+    raw = raw_owner->capture_color(AnalyticScene::room(), Se3(), 0.0012, 0.0019);
     frame = &preprocessor->process(raw);
+    keyframe->keep(*frame, Se3());
     model = renderer->render({}, builder->active().surfels(), Se3(), Se3());
   }
   void carve(Arena& from, int width) {
@@ -110,12 +114,14 @@ struct Scene {
     builder = std::make_unique<FragmentBuilder>(options.fragment, preprocessor->working_camera(),
                                                 camera_of(width), from);
     renderer = std::make_unique<ModelRenderer>(options.model, preprocessor->working_camera(), from);
+    keyframe = std::make_unique<Keyframe>(preprocessor->working_camera(), options.frame.levels, from);
   }
   FrontEndOptions options;
   std::unique_ptr<Arena> arena;
   std::unique_ptr<FramePreprocessor> preprocessor;
   std::unique_ptr<FragmentBuilder> builder;
   std::unique_ptr<ModelRenderer> renderer;
+  std::unique_ptr<Keyframe> keyframe;
   std::unique_ptr<SceneCamera> raw_owner;
   RawFrame raw;
   const Frame* frame = nullptr;
@@ -135,6 +141,54 @@ void icp_iteration(benchmark::State& state) {
   state.counters["pixels"] = static_cast<double>(level.depth_m.size());
 }
 BENCHMARK(icp_iteration)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
+
+void photometric_iteration(benchmark::State& state) {
+  Scene scene(640);
+  const auto l = static_cast<int>(state.range(0));
+  const FrameLevel& level = scene.frame->levels[static_cast<std::size_t>(l)];
+  for (auto _ : state)
+    benchmark::DoNotOptimize(
+        linearize_photometric(level, scene.keyframe->level(l), Se3(), PhotometricSettings()));
+  state.counters["pixels"] = static_cast<double>(level.depth_m.size());
+}
+BENCHMARK(photometric_iteration)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
+
+void calibrate_depth(benchmark::State& state) {
+  Scene scene(640);
+  DepthCalibration calibration((DepthCalibrationOptions()));
+  for (auto _ : state) benchmark::DoNotOptimize(calibration.add_pair(*scene.keyframe, *scene.frame, Se3()));
+}
+BENCHMARK(calibrate_depth)->Unit(benchmark::kMicrosecond);
+
+void reduce_color_image(benchmark::State& state) {
+  Scene scene(640);
+  const PinholeCamera& camera = scene.preprocessor->working_camera();
+  std::vector<float> out(static_cast<std::size_t>(camera.width * camera.height));
+  for (auto _ : state) reduce_color(scene.raw.color, {out.data(), camera.width, camera.height});
+  state.SetBytesProcessed(state.iterations() * static_cast<std::int64_t>(scene.raw.color.size()) * 3);
+}
+BENCHMARK(reduce_color_image)->Unit(benchmark::kMicrosecond);
+
+void reduce_depth_image(benchmark::State& state) {
+  Scene scene(640);
+  std::vector<float> out(320 * 240);
+  for (auto _ : state) reduce_raw(scene.raw.depth, 2, 0.0001F, {0.3F, 4.5F, 0.03F}, {out.data(), 320, 240});
+  state.SetBytesProcessed(state.iterations() * static_cast<std::int64_t>(scene.raw.depth.size()) * 2);
+}
+BENCHMARK(reduce_depth_image)->Unit(benchmark::kMicrosecond);
+
+void smooth_and_normals(benchmark::State& state) {
+  Scene scene(640);
+  const FrameLevel& level = scene.frame->levels[0];
+  const std::size_t pixels = level.depth_m.size();
+  std::vector<float> smooth(pixels), nx(pixels), ny(pixels), nz(pixels);
+  const ImageView<float> smoothed(smooth.data(), level.camera.width, level.camera.height);
+  for (auto _ : state) {
+    smooth_depth(level.depth_m, 1, 0.03F, smoothed);
+    compute_normals(smoothed, level.camera, 0.03F, nx.data(), ny.data(), nz.data());
+  }
+}
+BENCHMARK(smooth_and_normals)->Unit(benchmark::kMicrosecond);
 
 void render_model(benchmark::State& state) {
   Scene scene(640);
