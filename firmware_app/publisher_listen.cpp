@@ -22,7 +22,7 @@ void Publisher::Impl::listen() {
   listen_thread = std::thread([this] { hear(); });
 }
 
-void Publisher::Impl::hear() {
+void Publisher::Impl::hear() const {
   Semaphore never;
   while (!deaf.load())
     if (lcm_handle_timeout(lcm, kHearTimeout_ms) < 0)  // a provider that only writes

@@ -75,7 +75,7 @@ struct Publisher::Impl {
   template <class Message>
   int send(Channel channel, const Message& message);
   // Listening thread.
-  void hear();
+  void hear() const;
   void receive(const lcm_recv_buf_t& received);
 
   LcmSettings settings;

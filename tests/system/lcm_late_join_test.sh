@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 # A subscriber joins a publisher with a finished map over a bus that loses packets, and must end up with the same map,
-# byte for byte. usage: lcm_late_join_test.sh SERVER RELAY JOINER FRAGMENTS LOSS LIMIT_S
+# byte for byte; malformed commands change nothing. usage:
+# lcm_late_join_test.sh SERVER RELAY JOINER FRAGMENTS LOSS LIMIT_S MALFORMED
 # Exit 77 (skipped) where a network namespace may not be made.
 set -euo pipefail
 
@@ -14,7 +15,7 @@ if [[ "${1:-}" != --inside ]]; then
 fi
 shift
 
-server=$1 relay=$2 joiner=$3 fragments=$4 loss=$5 limit_s=$6
+server=$1 relay=$2 joiner=$3 fragments=$4 loss=$5 limit_s=$6 malformed=$7
 ip link set lo up multicast on
 ip route add 224.0.0.0/4 dev lo
 
@@ -34,7 +35,7 @@ wait_for "$folder/relay"
 wait_for "$folder/server"
 sleep 2 # what the publisher sends by itself goes by unheard
 
-"$joiner" 'udpm://239.255.76.67:7668?ttl=0&recv_buf_size=2097152' "$folder/rebuilt.ply" "$limit_s"
+"$joiner" 'udpm://239.255.76.67:7668?ttl=0&recv_buf_size=2097152' "$folder/rebuilt.ply" "$limit_s" "$malformed"
 wait "$server_pid" || true
 kill -TERM "$relay_pid"
 wait "$relay_pid" || true
