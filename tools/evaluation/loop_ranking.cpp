@@ -69,11 +69,8 @@ Expected<std::vector<RankedLoop>> read_ranked_loops(const std::string& path) {
   return loops;
 }
 
-Expected<Ranking> rank_loops(const std::vector<LogRecord>& gt, const std::vector<InfoRecord>& gt_info,
-                             const std::vector<LogRecord>& proposals, std::vector<RankedLoop> loops,
-                             const LoopEvaluationOptions& options) {
-  const auto correct = correct_loops(gt, gt_info, proposals, options);
-  if (!correct) return correct.error();
+Expected<Ranking> rank_loops(const LoopVerdicts& verdicts, const std::vector<LogRecord>& proposals,
+                             std::vector<RankedLoop> loops) {
   std::sort(loops.begin(), loops.end(),
             [](const RankedLoop& a, const RankedLoop& b) { return a.rank < b.rank; });
   Ranking ranking;
@@ -89,12 +86,12 @@ Expected<Ranking> rank_loops(const std::vector<LogRecord>& gt, const std::vector
                    "loop " + std::to_string(loop.id) +
                        " of the ranking is not among the loops; give the proposals.log and "
                        "the loops.csv of one run"};
-    if (!correct->counts[k]) continue;
-    const bool hit = correct->correct[k];
+    if (!verdicts.counts[k]) continue;
+    const bool hit = verdicts.correct[k];
     hits += hit ? 1 : 0;
     if (hit) found.insert({loop.fragment_i, loop.fragment_j});
     RankingPoint point{loop, hit, 0, 0};
-    point.recall = static_cast<double>(found.size()) / correct->true_loops;
+    point.recall = static_cast<double>(found.size()) / verdicts.true_loops;
     point.precision = static_cast<double>(hits) / static_cast<double>(ranking.points.size() + 1);
     ranking.average_precision += point.precision * (point.recall - last_recall);
     last_recall = point.recall;

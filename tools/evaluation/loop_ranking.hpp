@@ -36,12 +36,10 @@ struct Ranking {
   double average_precision = 0;      ///< Σ precision · Δrecall
 };
 
-/// Errors: those of evaluate_loops; a row whose id or fragments are not those of its proposal; no ranked
-/// loop.
-[[nodiscard]] Expected<Ranking> rank_loops(const std::vector<LogRecord>& gt,
-                                           const std::vector<InfoRecord>& gt_info,
+/// The list as `verdicts` (one per proposal, correct_loops or whoever else knows) judge it; recall is of
+/// verdicts.true_loops. Errors: a row whose id or fragments are not those of its proposal; no ranked loop.
+[[nodiscard]] Expected<Ranking> rank_loops(const LoopVerdicts& verdicts,
                                            const std::vector<LogRecord>& proposals,
-                                           std::vector<RankedLoop> loops,
-                                           const LoopEvaluationOptions& options);
+                                           std::vector<RankedLoop> loops);
 
 }  // namespace loopsift

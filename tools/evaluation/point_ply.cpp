@@ -168,4 +168,23 @@ Expected<std::vector<Eigen::Vector3f>> read_ply_points(const std::string& path) 
   return points;
 }
 
+Expected<std::vector<double>> read_fragment_times(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) return Error{ErrorCode::kNotFound, path + ": cannot be opened; check the path"};
+  std::string line;
+  if (!std::getline(in, line) || line.rfind("ply", 0) != 0) return format_error(path, "is not a PLY file");
+  std::vector<double> times;
+  while (std::getline(in, line) && line != "end_header") {
+    std::istringstream words(line);
+    std::string comment, fragment, surfels, first_frame;
+    std::size_t id = 0, count = 0;
+    double time_s = 0;
+    if (words >> comment >> fragment >> id >> surfels >> count >> first_frame >> time_s &&
+        comment == "comment" && fragment == "fragment" && first_frame == "first_frame_s" &&
+        id == times.size())
+      times.push_back(time_s);
+  }
+  return times;
+}
+
 }  // namespace loopsift

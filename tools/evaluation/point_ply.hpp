@@ -15,4 +15,8 @@ namespace loopsift {
 /// finite.
 [[nodiscard]] Expected<std::vector<Eigen::Vector3f>> read_ply_points(const std::string& path);
 
+/// When each fragment of a map.ply begins, seconds, from the header (core/fragment/surfel_ply.hpp); empty
+/// when it does not say. Errors: the file is not there, or no PLY.
+[[nodiscard]] Expected<std::vector<double>> read_fragment_times(const std::string& path);
+
 }  // namespace loopsift

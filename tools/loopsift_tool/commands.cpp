@@ -18,10 +18,12 @@ int parse_and_run(int argc, const char* const* argv) {
   int exit_code = kExitDone;
   add_sift_command(app, &exit_code);
   add_compare_command(app, &exit_code);
+  add_convert_command(app, &exit_code);
   add_dmp_command(app, &exit_code);
   add_eval_trajectory_command(app, &exit_code);
   add_eval_loops_command(app, &exit_code);
   add_eval_surface_command(app, &exit_code);
+  add_report_command(app, &exit_code);
   add_synth_command(app, &exit_code);
   add_monitor_command(app, &exit_code);
   add_record_command(app, &exit_code);

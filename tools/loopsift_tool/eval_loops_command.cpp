@@ -8,6 +8,7 @@
 #include "tools/evaluation/loop_ranking.hpp"
 #include "tools/loopsift_tool/command_support.hpp"
 #include "tools/loopsift_tool/commands.hpp"
+#include "tools/loopsift_tool/evaluation_json.hpp"
 
 namespace loopsift::tool {
 namespace {
@@ -16,20 +17,6 @@ struct EvalLoopsOptions {
   std::string gt, gt_info, loops, ranking, json;
   LoopEvaluationOptions evaluation;
 };
-
-nlohmann::ordered_json curve_json(const Ranking& ranking) {
-  auto curve = nlohmann::ordered_json::array();
-  for (const RankingPoint& p : ranking.points)
-    curve.push_back({{"rank", p.loop.rank},
-                     {"id", p.loop.id},
-                     {"fragment_i", p.loop.fragment_i},
-                     {"fragment_j", p.loop.fragment_j},
-                     {"correct", p.correct},
-                     {"accepted", p.loop.accepted},
-                     {"recall", p.recall},
-                     {"precision", p.precision}});
-  return curve;
-}
 
 /// Every accepted loop, every false one, and the last of the list.
 void print_curve(const Ranking& ranking) {
@@ -59,7 +46,9 @@ Expected<Judged> judge(const EvalLoopsOptions& options) {
   if (options.ranking.empty()) return judged;
   const auto ranked = read_ranked_loops(options.ranking);
   if (!ranked.ok()) return ranked.error();
-  auto ranking = rank_loops(*gt, *gt_info, *loops, *ranked, options.evaluation);
+  const auto verdicts = correct_loops(*gt, *gt_info, *loops, options.evaluation);
+  if (!verdicts.ok()) return verdicts.error();
+  auto ranking = rank_loops(*verdicts, *loops, *ranked);
   if (!ranking.ok()) return ranking.error();
   judged.ranking = std::move(*ranking);
   return judged;
@@ -81,7 +70,7 @@ int eval_loops(const EvalLoopsOptions& options) {
   print_curve(*judged->ranking);
   nlohmann::ordered_json json;
   for (const Figure& figure : figures) json[figure.key] = figure.value;
-  json["curve"] = curve_json(*judged->ranking);
+  json["curve"] = ranking_json(*judged->ranking);
   const Status written = write_json(options.json, json);
   return written.ok() ? kExitDone : fail(written.error());
 }

@@ -16,8 +16,8 @@ packages=(
   libgtest-dev libgmock-dev libbenchmark-dev
   clang-14 clang-format clang-tidy libomp-14-dev libclang-rt-14-dev
   iproute2 util-linux
-  # pictures of maps
-  python3 python3-numpy python3-pil
+  # pictures of maps, reports
+  python3 python3-numpy python3-pil python3-matplotlib
 )
 
 missing=()

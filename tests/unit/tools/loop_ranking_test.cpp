@@ -28,7 +28,9 @@ class LoopRanking : public testing::Test {
   Expected<Ranking> rank(const std::string& rows) const {
     const auto loops = read_ranked_loops(folder_.write("loops.csv", kHeader + rows));
     if (!loops) return loops.error();
-    return rank_loops(gt_, gt_info_, proposals_, *loops, {});
+    const auto verdicts = correct_loops(gt_, gt_info_, proposals_, {});
+    if (!verdicts) return verdicts.error();
+    return rank_loops(*verdicts, proposals_, *loops);
   }
   test::TemporaryFolder folder_;
   std::vector<LogRecord> gt_, proposals_;
