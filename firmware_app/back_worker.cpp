@@ -5,6 +5,8 @@
 #include <cstring>
 #include <new>
 
+#include <spdlog/spdlog.h>
+
 #include "core/base/steady_time.hpp"
 #include "core/pipeline/results.hpp"
 
@@ -141,12 +143,24 @@ void BackWorker::guarded(Work&& work) {
   }
 }
 
+// Sifting goes on until there is nothing left to do, its share for one fragment is used up or, in real time,
+// the next fragment waits; what is left then is done with that one, or at the end. A correction leaves as
+// soon as it is there.
 void BackWorker::process(std::size_t fragment) {
   const std::int64_t since_ns = submitted_at_ns_;
+  guarded([&] { (void)back_end_.add_fragment(store_.fragments()[fragment]); });
+  bool more = true;
+  for (int k = 0; k < options_.steps_per_fragment && more && !disabled_ && !quick_; ++k) {
+    guarded([&] {
+      const int before = back_end_.sifter().epoch();
+      more = back_end_.work(1);
+      if (back_end_.sifter().epoch() != before && !disabled_) announce(true, since_ns);
+    });
+    if (options_.realtime && backlog() > 1) break;
+  }
   guarded([&] {
-    const bool changed = back_end_.add_fragment(store_.fragments()[fragment]);
-    loops_proposed_ = static_cast<std::int64_t>(back_end_.proposals().size());
-    if (!disabled_) announce(changed, since_ns);
+    loops_proposed_ = static_cast<std::int64_t>(back_end_.sifter().records().size());
+    if (!disabled_) announce(false, since_ns);
   });
   ++done_;
   idle_.post();
@@ -170,7 +184,11 @@ void BackWorker::save_what_is_asked() {
 void BackWorker::finish_thoroughly() {
   if (disabled_) return;
   guarded([&] {
-    back_end_.finish();
+    if (!back_end_.finish())
+      spdlog::warn(
+          "sifting all loops once more ran past sifter.finish_limit_s: {} loops were not decided, and the "
+          "map stays as it was",
+          back_end_.sifter().unfinished());
     if (!disabled_) announce(true, steady_now_ns());
   });
 }
@@ -206,12 +224,14 @@ void BackWorker::publish_graph(std::int32_t epoch) {
 }
 
 void BackWorker::publish_decisions(std::int64_t timestamp_ns) {
-  const std::vector<SiftedLoop>& records = back_end_.sifter().records();
-  announced_.resize(records.size(), Decision::kPending);
+  const Span<const SiftedLoop> records = back_end_.sifter().records();
+  announced_.resize(records.size());
   for (std::size_t k = 0; k < records.size(); ++k) {
-    if (records[k].decision == announced_[k]) continue;
-    announced_[k] = records[k].decision;
-    (void)publisher_.publish(to_message(records[k], timestamp_ns));
+    const SiftedLoop& record = records[k];
+    const Announced now{record.loop.id, record.decision, record.revisions};
+    if (record.decision == Decision::kPending || now == announced_[k]) continue;
+    announced_[k] = now;
+    (void)publisher_.publish(to_message(record, timestamp_ns));
   }
 }
 

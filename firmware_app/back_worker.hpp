@@ -30,6 +30,8 @@ namespace loopsift {
 
 struct BackWorkerOptions {
   std::int64_t heap_bytes = std::int64_t{1} << 40;  ///< of the heap, for all that the thread does
+  int steps_per_fragment = 256;                     ///< of sifting, at most, before the next fragment
+  bool realtime = false;             ///< a fragment that waits ends the steps for the one before
   int max_nodes = 128;               ///< of the graph; a larger one's covariances are not known
   ThreadMonitor* monitor = nullptr;  ///< null: nobody watches
   std::function<Status()> save;      ///< writes what there is; on the back thread
@@ -118,9 +120,17 @@ class BackWorker {
   std::atomic<std::int64_t> loops_proposed_{0}, loops_accepted_{0};
   std::atomic<bool> ending_{false}, quick_{false}, ended_{false}, disabled_{false};
   HeapFence::Figures heap_figures_;
-  std::vector<Decision> announced_;  // last published decision of each loop
-  bool undelivered_ = false;         // scratch_ found the ring full; read by the front thread after the join
-  std::size_t next_ = 0;             // fragment to work on
+  struct Announced {  // what was last published of a loop
+    LoopId id;
+    Decision decision = Decision::kPending;
+    int revisions = 0;
+    friend bool operator==(const Announced& a, const Announced& b) {
+      return a.id == b.id && a.decision == b.decision && a.revisions == b.revisions;
+    }
+  };
+  std::vector<Announced> announced_;  // by place in the list
+  bool undelivered_ = false;          // scratch_ found the ring full; read by the front thread after the join
+  std::size_t next_ = 0;              // fragment to work on
   std::int32_t epoch_ = 0;
   LatencyHistogram correction_times_;
 };

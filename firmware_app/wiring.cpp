@@ -96,6 +96,8 @@ struct Parts {
   BackWorkerOptions back_worker_options(const Settings& settings, Shared& shared) {
     BackWorkerOptions options;
     options.heap_bytes = static_cast<std::int64_t>(mebibytes(settings.memory.back_heap_mib));
+    options.steps_per_fragment = settings.back_end.steps_per_fragment;
+    options.realtime = settings.run.rate == Rate::kRealtime;
     options.max_nodes = graph_limits(settings).max_nodes;
     options.monitor = &shared[ThreadRole::kBack];
     if (!settings.run.out.empty())
@@ -167,7 +169,9 @@ Expected<std::optional<TrajectoryOdometry>> open_odometry(const Settings& settin
 
 void collect_back(const Parts& parts, RunFigures* figures) {
   const Sifter& sifter = parts.back_end.sifter();
-  figures->loops.proposed = static_cast<std::int64_t>(parts.back_end.proposals().size());
+  figures->loops.proposed = static_cast<std::int64_t>(sifter.records().size()) + sifter.dropped();
+  figures->loops.dropped = sifter.dropped();
+  figures->loops.pending = sifter.pending();
   figures->loops.scored = sifter.counts().scored;
   figures->loops.tested = sifter.counts().tested;
   figures->loops.accepted = static_cast<std::int64_t>(sifter.accepted().size());

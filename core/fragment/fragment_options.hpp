@@ -8,7 +8,7 @@ namespace loopsift {
 struct FragmentOptions {
   int frames_per_fragment = 50;
   int views_per_fragment = 2;    ///< frames kept for scoring, evenly spread
-  int view_step = 8;             ///< raw pixels per view pixel in each direction
+  int view_step = 16;            ///< raw pixels per view pixel in each direction
   int active_capacity = 100000;  ///< surfels of the fragment being built
   int max_surfels = 40000;       ///< of a closed fragment; a larger one is thinned more coarsely
   float thin_cell_m = 0.02F;     ///< closed fragments keep about one surfel per cube of this edge and side

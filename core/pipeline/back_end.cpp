@@ -1,16 +1,27 @@
 // SPDX-License-Identifier: MIT
 #include "core/pipeline/back_end.hpp"
 
+#include <algorithm>
+
 #include "core/base/heap_watch.hpp"
 #include "core/base/steady_time.hpp"
 
 namespace loopsift {
+namespace {
+
+SifterOptions sifter_options(const BackEndOptions& options) {
+  SifterOptions sifter = options.sifter;
+  sifter.max_nodes = options.posterior.max_fragments * options.keyframes_per_fragment;
+  return sifter;
+}
+
+}  // namespace
 
 BackEnd::BackEnd(const BackEndOptions& options, Arena& arena)
     : options_(options),
       scorer_(options.posterior, arena),
       proposer_(options.proposal, arena),
-      sifter_(options.sifter, scorer_),
+      sifter_(sifter_options(options), scorer_, arena),
       calibration_(options.proposal.cloud, options.proposal.icp) {}
 
 bool BackEnd::insert_fragment(const Fragment& fragment) {
@@ -37,32 +48,40 @@ void BackEnd::update_sifter() {
 bool BackEnd::add_fragment(const Fragment& fragment) {
   if (!insert_fragment(fragment)) return false;
   update_sifter();
-  if (options_.propose) {
-    const std::int64_t start = steady_now_ns();
-    const std::size_t before = proposals_.size();
-    const std::vector<Se3> poses = T_map_fragment();
-    if (!within_fence([&] {
-          proposer_.add_fragment(fragment);
-          proposer_.propose(fragment.id, poses, &proposals_);
-        }))
-      ++registrations_refused_;  // what was proposed before memory ran out stays
-    proposal_times_.record_ns(steady_now_ns() - start);
-    sifter_.add(Span<const Loop>(proposals_.data() + before, proposals_.size() - before));
-  }
-  const std::int64_t revoked = sifter_.counts().revoked;
-  const int accepted = sifter_.walk(true);
-  if (accepted > 0) (void)sifter_.review();
-  return accepted > 0 || sifter_.counts().revoked != revoked;
+  if (!options_.propose) return true;
+  const std::int64_t start = steady_now_ns();
+  const std::vector<Se3> poses = T_map_fragment();
+  proposed_.clear();
+  if (!within_fence([&] {
+        proposer_.add_fragment(fragment);
+        proposer_.propose(fragment.id, poses, &proposed_);
+      }))
+    ++registrations_refused_;  // what was proposed before memory ran out stays
+  proposal_times_.record_ns(steady_now_ns() - start);
+  add_loops(Span<const Loop>(proposed_.data(), proposed_.size()));
+  return true;
 }
 
 void BackEnd::add_loops(Span<const Loop> loops) {
-  proposals_.insert(proposals_.end(), loops.begin(), loops.end());
-  sifter_.add(loops);
+  std::vector<Loop> numbered(loops.begin(), loops.end());
+  for (Loop& loop : numbered) {
+    if (!loop.id.valid() || (loop.id.value < next_loop_id_ && id_is_taken(loop.id)))
+      loop.id.value = next_loop_id_;
+    next_loop_id_ = std::max(next_loop_id_, loop.id.value + 1);
+  }
+  sifter_.add(Span<const Loop>(numbered.data(), numbered.size()));
 }
 
-void BackEnd::finish() {
-  (void)sifter_.walk(false);
-  (void)sifter_.review();
+bool BackEnd::id_is_taken(LoopId id) const {
+  const auto& records = sifter_.records();
+  return std::any_of(records.begin(), records.end(), [id](const SiftedLoop& r) { return r.loop.id == id; });
+}
+
+std::vector<Loop> BackEnd::proposals() const {
+  std::vector<Loop> loops;
+  for (const SiftedLoop& record : sifter_.records()) loops.push_back(record.loop);
+  std::sort(loops.begin(), loops.end(), [](const Loop& a, const Loop& b) { return a.id < b.id; });
+  return loops;
 }
 
 std::vector<Se3> BackEnd::T_map_fragment() const { return fragment_poses(graph_, sifter_.T_map_node()); }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The back thread's whole work on one closed fragment: graph → proposals → sift → correction.
+// The back thread's whole work on closed fragments: graph → proposals → sift → correction.
 // In: closed fragments in order, and loops from elsewhere. Out: the best map's poses. Capacity: that of the
-// proposer and the scorer; a fragment past it is counted and left out of sifting (the map keeps it where the
-// odometry put it). Thread: back. Allocates.
+// proposer, the scorer and the list of loops; a fragment past it is counted and left out of sifting (the map
+// keeps it where the odometry put it). Thread: back. Allocates.
 #pragma once
 #include <vector>
 
@@ -21,6 +21,8 @@ struct BackEndOptions {
   bool propose = true;             ///< register fragments; false: loops only come from elsewhere
   bool calibrate_odometry = true;  ///< scale the odometry's covariances by what neighbouring fragments show
   int keyframes_per_fragment = 2;  ///< graph nodes of a fragment
+  int steps_per_fragment = 256;  ///< of sifting, that the back thread does before it takes the next fragment
+  double finish_limit_s = 600;   ///< for finish()
   ProposalOptions proposal;
   PosteriorOptions posterior;
   SifterOptions sifter;
@@ -30,19 +32,22 @@ class BackEnd {
  public:
   BackEnd(const BackEndOptions& options, Arena& arena);
 
-  /// The next fragment: into the graph and the scorer, proposals against earlier ones, and a walk over what
-  /// is new. Returns true when the accepted loops changed.
+  /// The next fragment: into the graph and the scorer, and proposals against earlier ones, which work() then
+  /// sifts. False when there was no room for it.
   bool add_fragment(const Fragment& fragment);
-  /// Without proposals or sifting: for batch use, before add_loops and finish.
+  /// Without proposals: for batch use, before update_sifter, add_loops and finish.
   bool insert_fragment(const Fragment& fragment);
-  /// Loops from elsewhere, by the same door as the proposals: scored now, walked at the next fragment or by
-  /// finish().
+  /// Loops from elsewhere, by the same door as the proposals. A loop whose id is taken gets the next free
+  /// one.
   void add_loops(Span<const Loop> loops);
-  /// Walks all loops once more from the odometry's map: the batch result. Call at the end of a run.
-  void finish();
+  /// At most so many steps of sifting (see Sifter). True when there is more to do.
+  bool work(int max_steps) { return sifter_.work(max_steps); }
+  /// Sifts all loops once more from the odometry's map: the batch result. Call at the end of a run. False
+  /// when the limit came first; the map stays as it was then.
+  bool finish() { return sifter_.finish(options_.finish_limit_s); }
 
-  /// All loops as they were proposed or handed in.
-  [[nodiscard]] const std::vector<Loop>& proposals() const { return proposals_; }
+  /// All loops as they were proposed or handed in, by id; without those that the list dropped.
+  [[nodiscard]] std::vector<Loop> proposals() const;
   [[nodiscard]] const Sifter& sifter() const { return sifter_; }
   [[nodiscard]] Sifter& sifter() { return sifter_; }
   [[nodiscard]] const MapScorer& scorer() const { return scorer_; }
@@ -66,6 +71,8 @@ class BackEnd {
   [[nodiscard]] const LatencyHistogram& proposal_times() const { return proposal_times_; }
 
  private:
+  [[nodiscard]] bool id_is_taken(LoopId id) const;
+
   BackEndOptions options_;
   MapScorer scorer_;
   Proposer proposer_;
@@ -74,7 +81,8 @@ class BackEnd {
   PoseGraph graph_;  // with the odometry's own information
   PoseGraph calibrated_graph_;
   std::vector<const Fragment*> fragments_;
-  std::vector<Loop> proposals_;
+  std::vector<Loop> proposed_;  // with the newest fragment
+  std::int32_t next_loop_id_ = 0;
   int fragments_left_out_ = 0, registrations_refused_ = 0;
   LatencyHistogram proposal_times_;
 };

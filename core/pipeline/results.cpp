@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "core/pipeline/results.hpp"
 
+#include <algorithm>
 #include <cinttypes>
 #include <cstdio>
 #include <memory>
@@ -32,7 +33,9 @@ std::string csv_row(const SiftedLoop& r) {
          std::to_string(r.frame_decided) + '\n';
 }
 
-Status write_loops_csv(const std::string& path, const std::vector<SiftedLoop>& records) {
+Status write_loops_csv(const std::string& path, std::vector<SiftedLoop> records) {
+  std::sort(records.begin(), records.end(),
+            [](const SiftedLoop& a, const SiftedLoop& b) { return a.loop.id < b.loop.id; });
   const auto close = [](std::FILE* f) { return std::fclose(f); };
   std::unique_ptr<std::FILE, decltype(close)> file(std::fopen(path.c_str(), "w"), close);
   if (file == nullptr) return Error{ErrorCode::kIo, path + ": cannot be created"};
@@ -79,7 +82,7 @@ Status write_results(const std::string& out, const BackEnd& back_end, Span<const
                             corrected_trajectory(frames, back_end.odometry_graph(), sifter.T_map_node())));
   note(write_loops(out + "/proposals", back_end.proposals(), count));
   note(write_loops(out + "/accepted", sifter.accepted(), count));
-  note(write_loops_csv(out + "/loops.csv", sifter.records()));
+  note(write_loops_csv(out + "/loops.csv", {sifter.records().begin(), sifter.records().end()}));
   note(write_g2o(out + "/posegraph.g2o", sifter.graph()));
   const std::vector<Se3> poses = map_poses(back_end, fragments);
   note(write_surfel_ply(out + "/map.ply", fragments, poses));

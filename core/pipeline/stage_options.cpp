@@ -279,7 +279,7 @@ OptionSection posterior_section(PosteriorOptions& o) {
           }};
 }
 
-OptionSection sifter_section(SifterOptions& o) {
+OptionSection sifter_section(BackEndOptions& back_end, SifterOptions& o) {
   const auto score = by_name(&o.score, {{"posterior", ScoreKind::kPosterior}, {"plain", ScoreKind::kPlain}});
   return {
       "sifter",
@@ -288,6 +288,23 @@ OptionSection sifter_section(SifterOptions& o) {
           {"score", score, "posterior: a torn map gains nothing; plain: the published metric alone"},
           {"hindsight", &o.hindsight, "test accepted loops again once others are in"},
           {"challenge", &o.challenge, "a loop must explain its two pieces better than motions next to it"},
+          {"max_loops",
+           &o.max_loops,
+           "known at a time; past it the lowest ranked are dropped and counted",
+           {1, 1e6}},
+          {"max_views_per_test",
+           &o.max_views_per_test,
+           "views that one test looks at, at most; half as many for a loop alone; 0: all, and no test ends "
+           "early",
+           {0, 65535}},
+          {"steps_per_fragment",
+           &back_end.steps_per_fragment,
+           "loops scored or tested, at most, before the next piece is taken",
+           {1, 1e9}},
+          {"finish_limit_s",
+           &back_end.finish_limit_s,
+           "at the end of a run all loops are sifted once more; past this the map stays as it was",
+           {0, 1e6}},
       }};
 }
 
@@ -314,7 +331,7 @@ OptionSection store_section(StoreOptions& o) {
 
 OptionTable back_end_sections(BackEndOptions& o) {
   return {proposal_section(o, o.proposal), proposal_icp_section(o.proposal.icp),
-          posegraph_section(o, o.sifter.solve), posterior_section(o.posterior), sifter_section(o.sifter)};
+          posegraph_section(o, o.sifter.solve), posterior_section(o.posterior), sifter_section(o, o.sifter)};
 }
 
 }  // namespace loopsift

@@ -5,13 +5,13 @@
 #include <cassert>
 #include <cmath>
 
-#include "core/base/simd.hpp"
+#include "core/posterior/residual_rows.hpp"
 
 namespace loopsift {
 namespace {
 
 constexpr int kDiscArrays = 7;  // x y z nx ny nz radius
-constexpr int kViewImages = 3;  // depth own kept
+constexpr int kViewImages = 4;  // depth own kept aside
 
 std::size_t chunks_for(int discs) { return (static_cast<std::size_t>(discs) + kChunkSize - 1) / kChunkSize; }
 
@@ -22,62 +22,6 @@ void fill(const ImageView<float>& image, float value) {
 
 ImageView<float> padded_image(float* data, const PinholeCamera& camera) {
   return {data, camera.width, camera.height, padded_stride(camera.width)};
-}
-
-// |1/inverse − measured|, 0 where one of the two is missing; *counts says whether the pixel is in Ω.
-inline __attribute__((always_inline)) float residual(float inverse, float measured, float* counts) {
-  const bool valid = (inverse > 0.0F) & (measured > 0.0F);
-  const float e = std::abs(1.0F / (inverse > 0.0F ? inverse : 1.0F) - measured);
-  *counts = valid ? 1.0F : 0.0F;
-  return valid ? e : 0.0F;
-}
-
-struct PixelSum {
-  double residuals = 0;
-  double pixels = 0;
-  [[nodiscard]] double mean() const { return pixels > 0 ? residuals / pixels : 0.0; }
-};
-
-// Row by row, so that single-precision lanes sum only a row and the order is fixed.
-LOOPSIFT_SIMD PixelSum squared_row(const float* own, const float* other, const float* depth, int n) {
-  float residuals = 0, pixels = 0;
-#pragma omp simd reduction(+ : residuals, pixels)
-  for (int x = 0; x < n; ++x) {
-    float counts = 0;
-    const float e = residual(std::max(own[x], other[x]), depth[x], &counts);
-    residuals += e * e;
-    pixels += counts;
-  }
-  return {static_cast<double>(residuals), static_cast<double>(pixels)};
-}
-
-LOOPSIFT_SIMD PixelSum supported_row(const float* own, const float* other, const float* depth,
-                                     const float* kept, int n) {
-  float residuals = 0, pixels = 0;
-#pragma omp simd reduction(+ : residuals, pixels)
-  for (int x = 0; x < n; ++x) {
-    float counts = 0;
-    const float e = residual(std::max(own[x], other[x]), depth[x], &counts);
-    const bool keeps = (kept[x] >= 0.0F) & (other[x] <= 0.0F);
-    residuals += keeps ? kept[x] : e;
-    pixels += (keeps & (depth[x] > 0.0F)) ? 1.0F : counts;
-  }
-  return {static_cast<double>(residuals), static_cast<double>(pixels)};
-}
-
-LOOPSIFT_SIMD PixelSum compare_row(const float* own, const float* first, const float* second,
-                                   const float* depth, int n) {
-  float difference = 0, pixels = 0;
-#pragma omp simd reduction(+ : difference, pixels)
-  for (int x = 0; x < n; ++x) {
-    float counts = 0, ignored = 0;
-    const float a = residual(std::max(own[x], first[x]), depth[x], &counts);
-    const float b = residual(std::max(own[x], second[x]), depth[x], &ignored);
-    const bool both = (first[x] > 0.0F) & (second[x] > 0.0F);
-    difference += both ? a - b : 0.0F;
-    pixels += counts;
-  }
-  return {static_cast<double>(difference), static_cast<double>(pixels)};
 }
 
 constexpr float kPerMillimetre = 1e3F;
@@ -96,17 +40,6 @@ double laplace_scale(const std::array<std::uint32_t, 1024>& histogram) {
     below += count;
   }
   return 0.0;
-}
-
-template <class Row>
-double mean_over_rows(int height, const Row& row) {
-  PixelSum sum;
-  for (int y = 0; y < height; ++y) {
-    const PixelSum r = row(y);
-    sum.residuals += r.residuals;
-    sum.pixels += r.pixels;
-  }
-  return sum.mean();
 }
 
 }  // namespace
@@ -130,6 +63,9 @@ MapScorer::MapScorer(const PosteriorOptions& options, Arena& arena) : options_(o
   if (arena.measuring()) return;
   fragments_.reserve(fragments);
   views_.reserve(views);
+  affected_.reserve(fragments);
+  motion_.reserve(fragments);
+  center_.reserve(2 * fragments);
 }
 
 bool MapScorer::add(const Fragment& fragment) {
@@ -152,6 +88,7 @@ bool MapScorer::add(const Fragment& fragment) {
   for (const SurfelChunk& c : s.chunks) {
     scored.radius = std::max(scored.radius, (c.center - scored.center).norm() + c.radius);
   }
+  scored.reach = static_cast<double>(scored.radius);
   fragments_.push_back(scored);
   add_views(fragment);
   return true;
@@ -170,6 +107,7 @@ void MapScorer::add_views(const Fragment& fragment) {
                     padded_image(store, v.camera),
                     padded_image(store + pixels, v.camera),
                     padded_image(store + 2 * pixels, v.camera),
+                    padded_image(store + 3 * pixels, v.camera),
                     0.0};
     for (int y = 0; y < v.camera.height; ++y) {
       for (int x = 0; x < v.camera.width; ++x) {
@@ -179,10 +117,14 @@ void MapScorer::add_views(const Fragment& fragment) {
     }
     fill(view.own, 0.0F);
     fill(view.kept, -1.0F);
+    fill(view.aside, -1.0F);
     render_discs(fragments_.back().surfels, view.T_camera_fragment, view.camera, options_.min_depth_m,
                  options_.max_depth_m, view.own);
     weigh_own(&view);
     views_.push_back(view);
+    ScoredFragment& own = fragments_.back();
+    const Eigen::Vector3d eye = v.T_fragment_camera.translation() - own.center.cast<double>();
+    own.reach = std::max(own.reach, eye.norm());
     ++added;
   }
   own_residual_ = laplace_scale(own_histogram_);
@@ -223,18 +165,22 @@ void MapScorer::render_others(const ScoredView& view, Span<const Se3> T_map_frag
   }
 }
 
-double MapScorer::view_value(const ScoredView& view, Span<const Se3> T_map_fragment, ScoreKind kind) const {
-  const ImageView<float> layer = layer_for(view, 0);
-  render_others(view, T_map_fragment, layer);
+double MapScorer::value_of(const ScoredView& view, const ImageView<float>& others, ScoreKind kind) const {
   if (kind == ScoreKind::kPlain) {
-    return mean_over_rows(layer.height, [&](int y) {
-      return squared_row(view.own.row(y), layer.row(y), view.depth.row(y), layer.width);
+    return mean_over_rows(others.height, [&](int y) {
+      return squared_row(view.own.row(y), others.row(y), view.depth.row(y), others.width);
     });
   }
-  const double mean = mean_over_rows(layer.height, [&](int y) {
-    return supported_row(view.own.row(y), layer.row(y), view.depth.row(y), view.kept.row(y), layer.width);
+  const double mean = mean_over_rows(others.height, [&](int y) {
+    return supported_row(view.own.row(y), others.row(y), view.depth.row(y), view.kept.row(y), others.width);
   });
   return 2.0 * own_residual_ * mean;
+}
+
+double MapScorer::view_score(std::size_t view, Span<const Se3> T_map_fragment, ScoreKind kind) const {
+  const ImageView<float> layer = layer_for(views_[view], 0);
+  render_others(views_[view], T_map_fragment, layer);
+  return value_of(views_[view], layer, kind);
 }
 
 MapScore MapScorer::score(Span<const Se3> T_map_fragment, ScoreKind kind, const ScoreLimits& limits,
@@ -251,7 +197,7 @@ MapScore MapScorer::score(Span<const Se3> T_map_fragment, ScoreKind kind, const 
   const auto look_at = [&](std::size_t v) {  // false: given up
     if (visited_[v] != 0) return true;
     visited_[v] = 1;
-    const double value = view_value(views_[v], T_map_fragment, kind);
+    const double value = view_score(v, T_map_fragment, kind);
     result.value += value;
     still_to_come -= least(views_[v]);
     ++result.views_rendered;
@@ -281,10 +227,15 @@ void MapScorer::clear_reference() {
   for (const ScoredView& view : views_) fill(view.kept, -1.0F);
 }
 
-void MapScorer::set_reference(Span<const Se3> T_map_fragment) {
-  for (const ScoredView& view : views_) {
+double MapScorer::set_reference(Span<const Se3> T_map_fragment, ScoreKind kind, Span<float> view_values) {
+  double sum = 0;
+  for (std::size_t v = 0; v < views_.size(); ++v) {
+    const ScoredView& view = views_[v];
     const ImageView<float> layer = layer_for(view, 0);
     render_others(view, T_map_fragment, layer);
+    const double value = value_of(view, layer, kind);
+    sum += value;
+    if (!view_values.empty()) view_values[v] = static_cast<float>(value);
     for (int y = 0; y < layer.height; ++y) {
       for (int x = 0; x < layer.width; ++x) {
         if (layer(x, y) <= 0.0F) continue;
@@ -293,6 +244,52 @@ void MapScorer::set_reference(Span<const Se3> T_map_fragment) {
       }
     }
   }
+  return sum;
+}
+
+void MapScorer::swap_references() {
+  for (ScoredView& view : views_) std::swap(view.kept, view.aside);
+}
+
+void MapScorer::copy_reference() {
+  for (const ScoredView& view : views_) {
+    const ImageView<float>& kept = view.kept;
+    std::copy_n(kept.data, static_cast<std::size_t>(kept.stride) * static_cast<std::size_t>(kept.height),
+                view.aside.data);
+  }
+}
+
+// Every point x of fragment f, at T_f x in the first map, goes along with D_f = T'_f T_f⁻¹. Against fragment
+// a it moves by |D_f y − D_a y| at y = T_f x: at the centre exactly, elsewhere by at most the radius times
+// the angle more.
+void MapScorer::affected_views(Span<const Se3> T_before, Span<const Se3> T_after, double least_motion_m,
+                               std::vector<std::uint16_t>* views) const {
+  const std::size_t count = fragments_.size();
+  affected_.assign(count, 0);
+  motion_.resize(count);
+  center_.resize(2 * count);
+  for (std::size_t f = 0; f < count; ++f) {
+    motion_[f] = T_after[f] * T_before[f].inverse();
+    const Eigen::Vector3d center = fragments_[f].center.cast<double>();
+    center_[2 * f] = T_before[f] * center;
+    center_[2 * f + 1] = T_after[f] * center;
+  }
+  const auto near = [this](std::size_t a, std::size_t f, std::size_t map) {
+    const double reach = fragments_[a].reach + static_cast<double>(fragments_[f].radius);
+    return (center_[2 * a + map] - center_[2 * f + map]).squaredNorm() < reach * reach;
+  };
+  for (std::size_t a = 0; a < count; ++a) {
+    for (std::size_t f = 0; f < count && affected_[a] == 0; ++f) {
+      if (f == a || !(near(a, f, 0) || near(a, f, 1))) continue;
+      const Eigen::Vector3d& y = center_[2 * f];
+      const double angle = (motion_[f].rotation() - motion_[a].rotation()).norm() / std::sqrt(2.0);
+      const double moved = (motion_[f] * y - motion_[a] * y).norm();
+      affected_[a] = moved + angle * static_cast<double>(fragments_[f].radius) > least_motion_m ? 1 : 0;
+    }
+  }
+  views->clear();
+  for (std::size_t v = 0; v < views_.size(); ++v)
+    if (affected_[views_[v].fragment.index()] != 0) views->push_back(static_cast<std::uint16_t>(v));
 }
 
 double MapScorer::compare_pair(FragmentId i, FragmentId j, const Se3& T_i_j_first,

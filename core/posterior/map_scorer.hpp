@@ -32,8 +32,8 @@ struct PosteriorOptions {
   int max_fragments = 360;
   int max_discs_per_fragment = 4000;
   int max_views_per_fragment = 2;
-  int max_view_width = 80;  ///< pixels; larger views are left out
-  int max_view_height = 60;
+  int max_view_width = 40;  ///< pixels; larger views are left out
+  int max_view_height = 30;
 };
 
 /// Which sum over the pixels, and what happens to pixels that lose the prediction of other fragments.
@@ -90,8 +90,20 @@ class MapScorer {
   void clear_reference();
   /// Makes the map at these poses the reference for support. Support is sticky: a pixel that kept its
   /// residual stays supported with it, else tearing a map apart in two steps would pay where one step does
-  /// not.
-  void set_reference(Span<const Se3> T_map_fragment);
+  /// not. Returns the map's score as it was against the reference before; view_values as in score().
+  double set_reference(Span<const Se3> T_map_fragment, ScoreKind kind = ScoreKind::kPosterior,
+                       Span<float> view_values = {});
+  /// There is a second reference, put aside: exchanges the two, and makes the one put aside the same as the one in use.
+  void swap_references();
+  void copy_reference();
+
+  /// One view's part of the score.
+  [[nodiscard]] double view_score(std::size_t view, Span<const Se3> T_map_fragment, ScoreKind kind) const;
+  /// Views, ascending, whose score may differ between two maps: those of fragments to which another one in
+  /// reach moves by more than least_motion_m. With 0 the others' scores are the same, but for what shows
+  /// through holes in their own fragment's surface.
+  void affected_views(Span<const Se3> T_before, Span<const Se3> T_after, double least_motion_m,
+                      std::vector<std::uint16_t>* views) const;
 
   /// b: the scale of a Laplace distribution with the median of the absolute residuals that the views show
   /// against their own fragments, metres (median / ln 2: silhouettes must not count). It is the map's own
@@ -115,6 +127,7 @@ class MapScorer {
     ScoreSurfels surfels;
     Eigen::Vector3f center = Eigen::Vector3f::Zero();
     float radius = 0;  // of the discs about the centre
+    double reach = 0;  // and of the views' cameras
   };
   struct ScoredView {
     FragmentId fragment;
@@ -123,6 +136,7 @@ class MapScorer {
     ImageView<float> depth;  // measured, metres, 0 invalid
     ImageView<float> own;    // inverse depth that the view's own fragment predicts
     ImageView<float> kept;   // |residual| of supported pixels in the reference map; negative: not supported
+    ImageView<float> aside;  // kept of the reference put aside
     double least = 0;  // no map brings the mean residual below it: own surface in front of the measurement
   };
 
@@ -130,8 +144,7 @@ class MapScorer {
   // Inverse depth of all fragments but the view's own.
   void render_others(const ScoredView& view, Span<const Se3> T_map_fragment,
                      const ImageView<float>& layer) const;
-  [[nodiscard]] double view_value(const ScoredView& view, Span<const Se3> T_map_fragment,
-                                  ScoreKind kind) const;
+  [[nodiscard]] double value_of(const ScoredView& view, const ImageView<float>& others, ScoreKind kind) const;
   [[nodiscard]] std::size_t image_capacity() const;
   [[nodiscard]] ImageView<float> layer_for(const ScoredView& view, std::size_t which) const;
   void weigh_own(ScoredView* view);
@@ -139,11 +152,14 @@ class MapScorer {
   PosteriorOptions options_;
   Span<float> disc_store_;  // 7 arrays of max_discs_per_fragment per fragment
   Span<SurfelChunk> chunk_store_;
-  Span<float> view_store_;                 // depth, own, kept of every view
+  Span<float> view_store_;                 // depth, own, kept, aside of every view
   Span<float> layer_store_;                // two scratch layers
   std::vector<ScoredFragment> fragments_;  // capacity reserved
   std::vector<ScoredView> views_;
   ThinScratch scratch_;
+  mutable std::vector<std::uint8_t> affected_;  // scratch of affected_views(), by fragment
+  mutable std::vector<Se3> motion_;
+  mutable std::vector<Eigen::Vector3d> center_;
   Span<std::uint8_t> visited_;                       // scratch of score(): views already looked at
   double depth_sum_ = 0, depth_count_ = 0;           // of measured pixels
   std::array<std::uint32_t, 1024> own_histogram_{};  // own residuals, in millimetres; the last bin is open

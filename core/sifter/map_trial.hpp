@@ -1,55 +1,54 @@
 // SPDX-License-Identifier: MIT
-// One trial map: the odometry graph with a set of loops, optimised, fragments moved rigidly, scored.
-// This is `r(fuseModel(optimize(G, O)), Z)` of Algorithm 1 (Zhang & Chen, loop sifting). Thread: back.
-// Allocates.
+// One trial map: the odometry graph with a set of loops, optimised, fragments moved rigidly.
+// This is `fuseModel(optimize(G, O), Z)` of Algorithm 1 (Zhang & Chen, loop sifting), and what of its score
+// does not depend on the depth. Thread: back. Allocates the poses it returns.
 //
 // The posterior's score is −2b² · log(likelihood × prior) but for constants: Σ_t 2b · mean |D̂_t − D_t| + b²
 // χ²(odometry), with b the residual that the map shows about itself. The plain score is the DMP alone.
 #pragma once
-#include <limits>
 #include <vector>
 
+#include "core/posegraph/fast_solver.hpp"
 #include "core/posegraph/pose_graph.hpp"
 #include "core/posterior/map_scorer.hpp"
 
 namespace loopsift {
 
-/// What a trial came to. Lower is better (the paper's r is −score).
-struct TrialResult {
-  bool solved = false;    ///< false: the solve failed; nothing else holds
-  bool complete = false;  ///< false: given up above the limit; score is a lower bound
-  double score = 0;       ///< m²; misfit + prior
-  double misfit = 0;      ///< the depth's part
-  double prior = 0;       ///< the odometry's part; 0 for the plain score
+/// An optimised map. Scores in m², lower is better (the paper's r is −score).
+struct TrialMap {
+  bool solved = false;  ///< false: the solve failed; the poses are those it started from
   std::vector<Se3> T_map_node;
-  double solve_ms = 0, score_ms = 0;
+  std::vector<Se3> T_map_fragment;
+  double prior = 0;  ///< the odometry's part of the score; 0 for the plain score
 };
 
 class MapTrial {
  public:
-  /// graph holds the odometry's poses and edges (its loops are ignored); scorer has the same fragments and
-  /// outlives this.
-  MapTrial(const PoseGraph& graph, MapScorer& scorer, ScoreKind kind, const SolveOptions& solve);
+  /// Scorer and workspace outlive this.
+  MapTrial(MapScorer& scorer, ScoreKind kind, const SolveOptions& solve, SolverWorkspace& workspace);
 
-  /// Optimises the odometry graph with these frame loops, from `start`, and scores the map. view_values as in
-  /// MapScorer::score.
-  [[nodiscard]] TrialResult run(const std::vector<Edge>& frame_loops, const std::vector<Se3>& start,
-                                const ScoreLimits& limits = {}, Span<float> view_values = {});
-  /// The map at these poses as it is, unsolved: what is left when a solve fails. Its prior is 0.
-  [[nodiscard]] TrialResult as_it_is(const std::vector<Se3>& T_map_node, Span<float> view_values = {});
+  /// The odometry's poses and edges, of the fragments that the scorer holds; its loops are ignored.
+  void set_graph(const PoseGraph& odometry);
+  /// Optimises the odometry graph with these frame loops, from `start`. A graph too large for the workspace,
+  /// and one whose fast solve fails, goes to Ceres.
+  [[nodiscard]] TrialMap run(const std::vector<Edge>& frame_loops, const std::vector<Se3>& start);
+  /// The map at these poses as it is, unsolved. Its prior is 0.
+  [[nodiscard]] TrialMap as_it_is(const std::vector<Se3>& T_map_node) const;
   /// The odometry's map, with no loop.
-  [[nodiscard]] TrialResult base(Span<float> view_values = {});
-  /// Makes a trial's map the reference for support; restart: forgets all support before.
-  void set_reference(const TrialResult& trial, bool restart);
+  [[nodiscard]] TrialMap base() const { return as_it_is(T_odom_node_); }
+  /// The map's score against the reference (see MapScorer::score).
+  [[nodiscard]] MapScore score(const TrialMap& map, const ScoreLimits& limits = {},
+                               Span<float> view_values = {}) const;
+
   [[nodiscard]] const PoseGraph& graph() const { return graph_; }
-  [[nodiscard]] const MapScorer& scorer() const { return *scorer_; }
+  [[nodiscard]] MapScorer& scorer() const { return *scorer_; }
+  [[nodiscard]] ScoreKind kind() const { return kind_; }
 
  private:
-  void score(double odometry_chi2, const ScoreLimits& limits, Span<float> view_values, TrialResult* trial);
-
   PoseGraph graph_;
   std::vector<Se3> T_odom_node_;
   MapScorer* scorer_;
+  SolverWorkspace* workspace_;
   ScoreKind kind_;
   SolveOptions solve_;
 };

@@ -2,101 +2,61 @@
 #include "core/sifter/sifter.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
+#include "core/base/steady_time.hpp"
 #include "core/sifter/challenge.hpp"
 
 namespace loopsift {
 namespace {
 
-constexpr std::size_t kTellingViews = 32;  // kept per loop; the rest follow in their own order
-
-// Views by how much worse they became, worst first; those that became better are left out.
-std::vector<std::uint16_t> worsened_views(const std::vector<float>& before, const std::vector<float>& after) {
-  std::vector<std::uint16_t> views;
-  for (std::size_t v = 0; v < before.size(); ++v) {
-    if (after[v] > before[v]) views.push_back(static_cast<std::uint16_t>(v));
-  }
-  std::stable_sort(views.begin(), views.end(), [&](std::uint16_t a, std::uint16_t b) {
-    return after[a] - before[a] > after[b] - before[b];
-  });
-  views.resize(std::min(views.size(), kTellingViews));
-  return views;
+// Names a list of loops, from the name of the list without the last one (Fowler–Noll–Vo 1a, by ids).
+constexpr std::uint64_t kNoLoops = 0xcbf29ce484222325ULL;
+std::uint64_t with_loop(std::uint64_t set, LoopId id) {
+  return (set ^ static_cast<std::uint64_t>(id.value + 1)) * 0x100000001b3ULL;
 }
+
+// Decided on the graph as it is, and accepted.
+bool stands(const SiftedLoop& record) {
+  return record.decision == Decision::kAccepted && record.tested_on != 0;
+}
+
+SolverLimits solver_limits(int max_nodes) { return {max_nodes, 6 * max_nodes}; }
 
 }  // namespace
 
-const char* to_string(Decision decision) {
-  switch (decision) {
-    case Decision::kPending:
-      return "pending";
-    case Decision::kAccepted:
-      return "accepted";
-    case Decision::kRejected:
-      return "rejected";
-    case Decision::kRevoked:
-      return "revoked";
-  }
-  return "";
-}
-
-const char* to_string(Reason reason) {
-  switch (reason) {
-    case Reason::kNotTested:
-      return "not tested";
-    case Reason::kImproves:
-      return "improves the map";
-    case Reason::kNoImprovement:
-      return "does not improve the map";
-    case Reason::kInsignificant:
-      return "improves the map by less than the standard error";
-    case Reason::kChallenged:
-      return "a motion next to it explains the two fragments better";
-    case Reason::kSolveFailed:
-      return "the pose graph could not be optimised with it";
-    case Reason::kBetterWithout:
-      return "the map is better without it";
-  }
-  return "";
-}
-
-Sifter::Sifter(const SifterOptions& options, MapScorer& scorer)
-    : options_(options), scorer_(&scorer), trial_(PoseGraph{}, scorer, options.score, options.solve) {}
+Sifter::Sifter(const SifterOptions& options, MapScorer& scorer, Arena& arena)
+    : options_(options),
+      workspace_(&arena, solver_limits(options.max_nodes)),
+      trial_(scorer, options.score, options.solve, workspace_),
+      loops_(static_cast<std::size_t>(options.max_loops), arena),
+      published_set_(kNoLoops) {}
 
 void Sifter::set_graph(const PoseGraph& odometry, int newest_frame) {
   newest_frame_ = newest_frame;
-  trial_ = MapTrial(odometry, *scorer_, options_.score, options_.solve);
-  base_views_.assign(static_cast<std::size_t>(scorer_->view_count()), 0.0F);
-  base_ = trial_.base();
-  trial_.set_reference(base_, true);
-  base_ = trial_.base(base_views_);
-
-  std::vector<Se3> start = best_.T_map_node;
+  trial_.set_graph(odometry);
+  measure_base();
+  std::vector<Se3> start = published_.T_map_node;
   for (std::size_t n = start.size(); n < odometry.T_map_node.size(); ++n) {
     start.push_back(n == 0 ? odometry.T_map_node[0]
                            : start.back() * odometry.T_map_node[n - 1].inverse() * odometry.T_map_node[n]);
   }
-  solve_accepted(start);
-}
-
-// The map with the accepted loops; where the solve fails the poses stay as they were.
-void Sifter::solve_accepted(const std::vector<Se3>& start) {
-  best_views_ = base_views_;
-  best_ = accepted_.empty() ? base_ : trial_.run(frame_loops_of(accepted_), start, {}, best_views_);
-  if (!best_.solved) best_ = trial_.as_it_is(start, best_views_);
+  published_ = published_accepted_.empty() ? base_ : solve_with(frame_loops_of(published_accepted_), start);
 }
 
 void Sifter::add(Span<const Loop> loops) {
-  const std::size_t first = records_.size();
-  records_.resize(first + loops.size());
-  for (std::size_t k = 0; k < loops.size(); ++k) records_[first + k].loop = loops[k];
-  update_loop_weight();
-  trial_.set_reference(base_, true);
-  for (std::size_t k = 0; k < loops.size(); ++k) {
-    score_alone(&records_[first + k]);
-    report(k + 1, loops.size());
+  for (const Loop& loop : loops) {
+    const bool known = is_known(loop);
+    if (!loops_.add(loop)) continue;
+    SiftedLoop& record = loops_.newest();
+    const bool possible = loop.i.valid() && loop.j.valid() && loop.i != loop.j;
+    if (!possible || known) {
+      refuse(&record, known ? Reason::kSame : Reason::kNoFragment);
+    } else if (!in_map(loop)) {
+      record.reason = Reason::kWaits;
+    }
   }
+  update_loop_weight();
 }
 
 // What proposers claim about their loops is right up to a factor that nobody knows; a loop that is too weak
@@ -104,150 +64,277 @@ void Sifter::add(Span<const Loop> loops) {
 // knows is its own residual b: the posterior weighs the loops so that their median claims a position to
 // within b. Relative weights stay as claimed.
 void Sifter::update_loop_weight() {
-  if (options_.score != ScoreKind::kPosterior || records_.empty()) return;
+  if (options_.score != ScoreKind::kPosterior) return;
   std::vector<double> information;
-  for (const SiftedLoop& r : records_) {
-    information.push_back(r.loop.information.topLeftCorner<3, 3>().trace() / 3.0);
+  for (const SiftedLoop& r : loops_.records()) {
+    const double mean = r.loop.information.topLeftCorner<3, 3>().trace() / 3.0;
+    if (std::isfinite(mean)) information.push_back(mean);
   }
+  if (information.empty()) return;
   const auto middle = information.begin() + static_cast<std::ptrdiff_t>(information.size() / 2);
   std::nth_element(information.begin(), middle, information.end());
-  const double b = scorer_->own_residual();
+  const double b = trial_.scorer().own_residual();
   if (*middle > 0 && b > 0) loop_weight_ = 1.0 / (b * b * *middle);
 }
 
-// Lines 3–5: T ← optimize(G, O[i]); M ← fuseModel(T, Z); r[i] ← r(M, Z).
-void Sifter::score_alone(SiftedLoop* record) {
-  const int fragments = trial_.graph().fragment_count();
-  for (const FragmentId f : {record->loop.i, record->loop.j}) {
-    if (!f.valid() || f.value >= fragments) return reject(record, Reason::kSolveFailed);
-  }
-  std::vector<Edge> edges;
-  append_edges(record->loop, &edges);
-  std::vector<float> views(base_views_.size());
-  const TrialResult alone = trial_.run(edges, base_.T_map_node, {}, views);
-  note_times(alone);
-  ++counts_.scored;
-  if (!alone.solved) return reject(record, Reason::kSolveFailed);
-  record->single_score = alone.score;
-  record->improvement = base_.score - alone.score;
-  record->telling_views = worsened_views(base_views_, views);
-}
-
-// Line 7: the most effective first. Ties by id, so that the order does not depend on how they arrived.
-std::vector<std::size_t> Sifter::ranked(bool pending_only) {
-  std::vector<std::size_t> order;
-  for (std::size_t k = 0; k < records_.size(); ++k) {
-    const SiftedLoop& r = records_[k];
-    if (r.reason == Reason::kSolveFailed) continue;
-    if (!pending_only || r.decision == Decision::kPending) order.push_back(k);
-  }
-  std::sort(order.begin(), order.end(), [this](std::size_t a, std::size_t b) {
-    const SiftedLoop &x = records_[a], &y = records_[b];
-    return x.improvement != y.improvement ? x.improvement > y.improvement : x.loop.id < y.loop.id;
+// Twice the same measurement is not twice the information.
+bool Sifter::is_known(const Loop& loop) const {
+  const auto& records = loops_.records();
+  return std::any_of(records.begin(), records.end(), [&loop](const SiftedLoop& r) {
+    return r.loop.i == loop.i && r.loop.j == loop.j && r.loop.T_i_j.matrix() == loop.T_i_j.matrix();
   });
-  for (std::size_t k = 0; k < order.size(); ++k) records_[order[k]].rank = static_cast<int>(k);
-  return order;
 }
 
-int Sifter::walk(bool pending_only) {
-  if (!pending_only) {
-    accepted_.clear();
-    best_ = base_;
-    best_views_ = base_views_;
+bool Sifter::in_map(const Loop& loop) const {
+  const int fragments = trial_.graph().fragment_count();
+  return loop.i.valid() && loop.j.valid() && loop.i != loop.j && loop.i.value < fragments &&
+         loop.j.value < fragments;
+}
+
+Sifter::Work Sifter::next_work() const {
+  for (std::size_t k = 0; k < loops_.size(); ++k)
+    if (!loops_[k].scored && loops_[k].reason != Reason::kSame && in_map(loops_[k].loop))
+      return {Work::kScore, k};
+
+  Work untested, doubtful, stale;
+  std::uint64_t set = kNoLoops;
+  std::size_t accepted = 0;
+  for (const std::size_t k : loops_.ranking()) {
+    const SiftedLoop& record = loops_[k];
+    Work* work = record.tested_on == 0 ? &untested : stands(record) ? &doubtful : &stale;
+    if (work->kind == Work::kNone && record.tested_on != set) *work = {Work::kTest, k};
+    if (!stands(record)) continue;
+    set = with_loop(set, record.loop.id);
+    ++accepted;
   }
-  trial_.set_reference(best_, true);
-  if (!accepted_.empty()) solve_accepted(std::vector<Se3>(best_.T_map_node));
-  const std::size_t before = accepted_.size();
-  const std::vector<std::size_t> order = ranked(pending_only);
-  for (std::size_t k = 0; k < order.size(); ++k) {
-    if (test(&records_[order[k]])) accepted_.push_back(order[k]);
-    report(k + 1, order.size());
+  if (doubtful.kind != Work::kNone) return doubtful;
+  if (set != published_set_ && !finishing_) return {Work::kPublish, 0};
+  if (untested.kind != Work::kNone) return untested;
+  if (stale.kind != Work::kNone) return stale;
+  if (options_.hindsight && accepted > 0 && (set != reviewed_set_ || review_left_ > 0))
+    return {Work::kReview, 0};
+  return {};
+}
+
+bool Sifter::step() {
+  const Work work = next_work();
+  switch (work.kind) {
+    case Work::kNone:
+      return false;
+    case Work::kScore:
+      score_alone(work.record);
+      break;
+    case Work::kTest:
+      test(work.record);
+      break;
+    case Work::kPublish:
+      publish();
+      break;
+    case Work::kReview:
+      review();
+      break;
   }
-  return static_cast<int>(accepted_.size() - before);
+  if (progress_) progress_(loops_.size() - static_cast<std::size_t>(undecided()), loops_.size());
+  return true;
+}
+
+bool Sifter::work(int max_steps) {
+  for (int k = 0; k < max_steps; ++k)
+    if (!step()) return false;
+  return true;
+}
+
+// Lines 3–5: T ← optimize(G, O[i]); M ← fuseModel(T, Z); r[i] ← r(M, Z).
+void Sifter::score_alone(std::size_t k) {
+  SiftedLoop& record = loops_[k];
+  record.scored = true;
+  ++counts_.scored;
+  std::vector<Edge> edges;
+  append_edges(record.loop, &edges);
+  const TrialMap alone = solve_with(edges, base_.T_map_node);
+  if (!alone.solved) return refuse(&record, Reason::kSolveFailed);
+  use_base_reference(true);
+  const std::int64_t start = steady_now_ns();
+  if (options_.score == ScoreKind::kPlain) {
+    record.improvement = base_score_ - trial_.score(alone).value;
+  } else {
+    const ComparisonLimits limits{options_.max_views_per_test / 2, options_.max_views_per_test > 0};
+    record.improvement = comparer_
+                             .compare(trial_.scorer(), options_.score, base_.T_map_fragment, base_views_,
+                                      alone.T_map_fragment, -alone.prior, limits)
+                             .gain;
+  }
+  score_times_.record_ns(steady_now_ns() - start);
+  record.single_score = base_score_ - record.improvement;
+  record.reason = Reason::kNotTested;
+  loops_.rank(k);
 }
 
 // Lines 9–14: accepted only if r' > r*, that is, if the score falls.
-bool Sifter::test(SiftedLoop* record) {
-  const auto start = std::chrono::steady_clock::now();
-  record->best_score_before = best_.score;
-  record->frame_decided = newest_frame_;
-  std::vector<Edge> edges = frame_loops_of(accepted_);
-  append_edges(record->loop, &edges);
-  ScoreLimits limits;
-  limits.give_up_above = best_.score;
-  limits.first_views = Span<const std::uint16_t>(record->telling_views.data(), record->telling_views.size());
-  std::vector<float> views(best_views_.size());
-  TrialResult with = trial_.run(edges, best_.T_map_node, limits, views);
-  note_times(with);
+void Sifter::test(std::size_t k) {
+  SiftedLoop& record = loops_[k];
+  Records accepted = accepted_before(record.rank);
+  go_to(accepted);
+  const std::int64_t start = steady_now_ns();
+  std::uint64_t set = kNoLoops;
+  for (const std::size_t a : accepted) set = with_loop(set, loops_[a].loop.id);
+  record.tested_on = set;
+  record.best_score_before = best_score_;
   ++counts_.tested;
-  record->tested_score = with.score;
+  std::vector<Edge> edges = frame_loops_of(accepted);
+  append_edges(record.loop, &edges);
+  TrialMap with = solve_with(edges, best_.T_map_node);
+  const Reason reason = with.solved ? judge(&record, with) : Reason::kSolveFailed;
+  test_times_.record_ns(steady_now_ns() - start);
+  if (reason != Reason::kImproves) return refuse(&record, reason);
+  decide(&record, Decision::kAccepted, reason);
+  accepted.push_back(k);
+  take_as_best(std::move(with), std::move(accepted));
+}
 
-  Reason reason = Reason::kImproves;
-  if (!with.solved) {
-    reason = Reason::kSolveFailed;
-  } else if (!with.complete || !(with.score < best_.score)) {
-    reason = Reason::kNoImprovement;
-  } else if (options_.score == ScoreKind::kPosterior && !significant(best_.score - with.score, views)) {
-    reason = Reason::kInsignificant;
-  } else if (options_.challenge && options_.score == ScoreKind::kPosterior) {
-    const std::vector<Se3> poses = fragment_poses(trial_.graph(), best_.T_map_node);
-    if (!withstands_challenge(*scorer_, record->loop, poses)) reason = Reason::kChallenged;
+Reason Sifter::judge(SiftedLoop* record, const TrialMap& with) {
+  if (options_.score == ScoreKind::kPlain) {
+    use_base_reference(false);
+    ScoreLimits limits;
+    limits.give_up_above = best_score_;
+    const MapScore score = trial_.score(with, limits);
+    record->tested_score = score.value;
+    record->views = score.views_rendered;
+    return score.complete && score.value < best_score_ ? Reason::kImproves : Reason::kNoImprovement;
   }
-  test_times_.record_ns((std::chrono::steady_clock::now() - start).count());
-  if (reason != Reason::kImproves) {
-    reject(record, reason);
+  const ViewComparison comparison = compare_with_best(with, true);
+  record->tested_score = best_score_ - comparison.gain;
+  record->views = comparison.views;
+  if (!(comparison.gain > 0)) return Reason::kNoImprovement;
+  if (!comparison.significant()) return Reason::kInsignificant;
+  const bool stands =
+      !options_.challenge || withstands_challenge(trial_.scorer(), record->loop, best_.T_map_fragment);
+  return stands ? Reason::kImproves : Reason::kChallenged;
+}
+
+ViewComparison Sifter::compare_with_best(const TrialMap& map, bool stop_early) {
+  use_base_reference(false);
+  const std::int64_t start = steady_now_ns();
+  ComparisonLimits limits;
+  limits.max_views = stop_early ? options_.max_views_per_test : 0;
+  limits.stop_early = stop_early && options_.max_views_per_test > 0;
+  const ViewComparison comparison =
+      comparer_.compare(trial_.scorer(), options_.score, best_.T_map_fragment, best_views_,
+                        map.T_map_fragment, best_.prior - map.prior, limits);
+  score_times_.record_ns(steady_now_ns() - start);
+  return comparison;
+}
+
+// Tests the accepted loops by removal, the worst ranked first; begins anew when they change.
+void Sifter::review() {
+  const Records accepted = accepted_before(static_cast<int>(loops_.size()));
+  go_to(accepted);
+  std::uint64_t set = kNoLoops;
+  for (const std::size_t k : accepted) set = with_loop(set, loops_[k].loop.id);
+  if (set != reviewed_set_) {
+    reviewed_set_ = set;
+    review_left_ = accepted.size();
+  }
+  Records rest = accepted;
+  rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(--review_left_));
+  TrialMap without = solve_with(frame_loops_of(rest), best_.T_map_node);
+  if (!without.solved) return;
+  const bool better = options_.score == ScoreKind::kPlain ? trial_.score(without).value < best_score_
+                                                          : compare_with_best(without, false).gain > 0;
+  if (!better) return;
+  refuse(&loops_[accepted[review_left_]], Reason::kBetterWithout);
+  review_left_ = 0;
+  take_as_best(std::move(without), std::move(rest));
+}
+
+void Sifter::publish() {
+  const Records accepted = accepted_before(static_cast<int>(loops_.size()));
+  go_to(accepted);
+  for (const std::size_t k : published_accepted_) loops_[k].published = false;
+  published_set_ = kNoLoops;
+  for (const std::size_t k : accepted) {
+    loops_[k].published = true;
+    published_set_ = with_loop(published_set_, loops_[k].loop.id);
+  }
+  for (const std::size_t k : published_accepted_) counts_.revoked += loops_[k].published ? 0 : 1;
+  published_accepted_ = accepted;
+  published_ = best_;
+  ++epoch_;
+}
+
+bool Sifter::finish(double time_limit_s) {
+  const std::int64_t end = steady_now_ns() + static_cast<std::int64_t>(time_limit_s * 1e9);
+  const std::vector<SiftedLoop> before = loops_.snapshot();
+  finishing_ = true;
+  update_loop_weight();
+  measure_base();
+  loops_.start_again();
+  reviewed_set_ = 0;
+  bool more = true;
+  while (more && steady_now_ns() < end) more = step();
+  finishing_ = false;
+  unfinished_ = more ? undecided() : 0;
+  if (more) {
+    loops_.restore(before);
+    best_known_ = false;
     return false;
   }
-  record->decision = Decision::kAccepted;
-  record->reason = reason;
-  best_ = std::move(with);
-  best_views_ = std::move(views);
-  trial_.set_reference(best_, false);
+  for (std::size_t k = 0; k < loops_.size(); ++k)
+    if (loops_[k].reason == Reason::kWaits) refuse(&loops_[k], Reason::kNoFragment);
+  if (trial_.graph().fragment_count() > 0) publish();
   return true;
 }
 
-// The one-standard-error rule (Breiman et al., Classification and Regression Trees, 1984, 3.4.3): the simpler
-// model, here the one without the loop, unless the gain is more than its standard error. The views are the
-// samples.
-bool Sifter::significant(double gain, const std::vector<float>& views) const {
-  double squares = 0;
-  for (std::size_t v = 0; v < views.size(); ++v) {
-    const auto d = static_cast<double>(best_views_[v] - views[v]);
-    squares += d * d;
-  }
-  return gain > std::sqrt(squares);
+// The odometry's map and its support: what single loops are measured against.
+void Sifter::measure_base() {
+  base_ = trial_.base();
+  base_views_.assign(static_cast<std::size_t>(trial_.scorer().view_count()), 0.0F);
+  use_base_reference(true);
+  trial_.scorer().clear_reference();
+  base_score_ = trial_.scorer().set_reference(base_.T_map_fragment, options_.score, base_views_);
+  best_known_ = false;
 }
 
-int Sifter::review() {
-  if (!options_.hindsight) return 0;
-  int revoked = 0;
-  for (std::size_t k = accepted_.size(); k-- > 0;) {
-    if (!test_removal(k)) continue;
-    ++revoked;
-    k = accepted_.size();  // another one may now be better left out, too
-  }
-  counts_.revoked += revoked;
-  return revoked;
+void Sifter::use_base_reference(bool base) {
+  if (base_in_use_ == base) return;
+  trial_.scorer().swap_references();
+  base_in_use_ = base;
 }
 
-bool Sifter::test_removal(std::size_t accepted_index) {
-  std::vector<std::size_t> rest = accepted_;
-  rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(accepted_index));
-  ScoreLimits limits;
-  limits.give_up_above = best_.score;
-  std::vector<float> views(best_views_.size());
-  TrialResult without = trial_.run(frame_loops_of(rest), best_.T_map_node, limits, views);
-  note_times(without);
-  if (!without.solved || !without.complete || !(without.score < best_.score)) return false;
-  SiftedLoop& record = records_[accepted_[accepted_index]];
-  record.decision = Decision::kRevoked;
-  record.reason = Reason::kBetterWithout;
-  record.frame_decided = newest_frame_;
-  accepted_ = std::move(rest);
-  best_ = std::move(without);
-  best_views_ = std::move(views);
-  trial_.set_reference(best_, false);
-  return true;
+// Makes the map with these loops the one that loops are tested on. Always from the odometry's map, so that it
+// does not depend on what was done before.
+void Sifter::go_to(const Records& accepted) {
+  if (best_known_ && best_accepted_ == accepted) return;
+  use_base_reference(true);
+  trial_.scorer().copy_reference();
+  best_ = base_, best_views_ = base_views_, best_score_ = base_score_;
+  best_accepted_.clear();
+  best_known_ = true;
+  if (!accepted.empty()) take_as_best(solve_with(frame_loops_of(accepted), base_.T_map_node), accepted);
+}
+
+void Sifter::take_as_best(TrialMap map, Records accepted) {
+  use_base_reference(false);
+  best_ = std::move(map);
+  best_accepted_ = std::move(accepted);
+  best_score_ =
+      best_.prior + trial_.scorer().set_reference(best_.T_map_fragment, options_.score, best_views_);
+}
+
+TrialMap Sifter::solve_with(const std::vector<Edge>& edges, const std::vector<Se3>& start) {
+  const std::int64_t begin = steady_now_ns();
+  TrialMap map = trial_.run(edges, start);
+  solve_times_.record_ns(steady_now_ns() - begin);
+  return map;
+}
+
+Sifter::Records Sifter::accepted_before(int rank) const {
+  Records accepted;
+  for (const std::size_t k : loops_.ranking()) {
+    if (loops_[k].rank >= rank) break;
+    if (stands(loops_[k])) accepted.push_back(k);
+  }
+  return accepted;
 }
 
 void Sifter::append_edges(const Loop& loop, std::vector<Edge>* edges) const {
@@ -256,39 +343,45 @@ void Sifter::append_edges(const Loop& loop, std::vector<Edge>* edges) const {
   append_frame_loops(trial_.graph(), weighted, edges);
 }
 
-std::vector<Edge> Sifter::frame_loops_of(const std::vector<std::size_t>& records) const {
+std::vector<Edge> Sifter::frame_loops_of(const Records& records) const {
   std::vector<Edge> edges;
-  for (const std::size_t k : records) append_edges(records_[k].loop, &edges);
+  for (const std::size_t k : records) append_edges(loops_[k].loop, &edges);
   return edges;
 }
 
 std::vector<Loop> Sifter::accepted() const {
   std::vector<Loop> loops;
-  for (const std::size_t k : accepted_) loops.push_back(records_[k].loop);
+  for (const std::size_t k : published_accepted_) loops.push_back(loops_[k].loop);
   std::sort(loops.begin(), loops.end(), [](const Loop& a, const Loop& b) { return a.id < b.id; });
   return loops;
 }
 
 PoseGraph Sifter::graph() const {
   PoseGraph graph = trial_.graph();
-  graph.T_map_node = best_.T_map_node;
-  graph.loops = frame_loops_of(accepted_);
+  graph.T_map_node = published_.T_map_node;
+  graph.loops = frame_loops_of(published_accepted_);
   return graph;
 }
 
-void Sifter::note_times(const TrialResult& trial) {
-  solve_times_.record_ns(std::llround(trial.solve_ms * 1e6));
-  if (trial.solved) score_times_.record_ns(std::llround(trial.score_ms * 1e6));
+std::int64_t Sifter::undecided() const {
+  const auto& records = loops_.records();
+  return std::count_if(records.begin(), records.end(), [](const SiftedLoop& record) {
+    const bool impossible = record.reason == Reason::kSolveFailed || record.reason == Reason::kNoFragment ||
+                            record.reason == Reason::kSame;
+    return record.tested_on == 0 && !impossible;
+  });
 }
 
-void Sifter::reject(SiftedLoop* record, Reason reason) const {
-  record->decision = Decision::kRejected;
+void Sifter::decide(SiftedLoop* record, Decision decision, Reason reason) const {
+  if (record->decision != Decision::kPending && record->decision != decision) ++record->revisions;
+  record->decision = decision;
   record->reason = reason;
   record->frame_decided = newest_frame_;
 }
 
-void Sifter::report(std::size_t done, std::size_t of) const {
-  if (progress_) progress_(done, of);
+void Sifter::refuse(SiftedLoop* record, Reason reason) const {
+  const bool was_in_map = record->published || record->decision == Decision::kRevoked;
+  decide(record, was_in_map ? Decision::kRevoked : Decision::kRejected, reason);
 }
 
 }  // namespace loopsift

@@ -1,23 +1,34 @@
 // SPDX-License-Identifier: MIT
 // Algorithm 1 of Zhang & Chen, "Self-optimizing loop sifting and majorization for 3D reconstruction": which
-// of the proposed loops the map is better with. No threshold anywhere.
+// of the proposed loops the map is better with, as an anytime process. No threshold anywhere.
 //
 // In: the odometry's pose graph, the scored fragments, loops. Out: a decision with its numbers for every
-// loop, and the poses of the best map. Used in batch (all loops at once) and incrementally (as fragments
-// close), by the same three steps:
-//   add()    scores each new loop alone on the odometry's map                              (lines 2–6)
-//   walk()   goes through loops best first, keeps those that improve the map               (lines 7–14)
-//   review() takes back accepted loops without which the map is better (hindsight)
-// Thread: back. Allocates. Deterministic.
+// loop, and the poses of the best map. One step() is one bounded piece of work, the first of these that there
+// is to do:
+//   score   a loop not scored yet, alone on the odometry's map                                 (lines 2–6)
+//   test    the best ranked loop not tested yet, on top of the accepted ones ranked before it  (lines 7–14)
+//   retest  an accepted loop before which the accepted ones changed, so that it may no longer help
+//   publish when the accepted loops are all tested on one another
+//   retest  a refused loop before which the accepted ones changed, so that it may help now
+//   review  an accepted loop by removal: is the map better without it? (hindsight)
+// A decision depends only on the accepted loops of better rank; once every loop is decided on those that are
+// there, the accepted ones are what one walk through the whole ranking accepts. So the order of work changes
+// when the answer comes, not what it is. What a growing map does change are the scores themselves: finish()
+// measures all of them again and walks from the start, which is the batch algorithm.
+//
+// Capacity: SifterOptions::max_loops; see LoopList for what happens past it. Thread: back. Deterministic.
+// Allocates for the solves' poses and edges.
 #pragma once
 #include <cstdint>
 #include <functional>
 #include <vector>
 
+#include "core/base/arena.hpp"
 #include "core/base/latency_histogram.hpp"
 #include "core/base/span.hpp"
-#include "core/proposal/loop.hpp"
+#include "core/sifter/loop_list.hpp"
 #include "core/sifter/map_trial.hpp"
+#include "core/sifter/view_comparison.hpp"
 
 namespace loopsift {
 
@@ -26,37 +37,12 @@ struct SifterOptions {
   bool hindsight = true;  ///< test accepted loops again by removal; not part of the paper, off for its tables
   bool challenge =
       true;  ///< a loop must explain its two fragments better than its neighbours do (see challenge())
+  /// Views that one test looks at, at most (see ViewComparer); half as many for a loop alone. 0: all, and no
+  /// test ends early. The plain score always looks at all.
+  int max_views_per_test = 48;
+  int max_loops = 4096;  ///< known at a time
+  int max_nodes = 720;   ///< of the graph, for the fast solver
   SolveOptions solve;
-};
-
-enum class Decision { kPending, kAccepted, kRejected, kRevoked };
-
-/// Why a loop was decided as it was; the text of `reason` in loops.csv.
-enum class Reason {
-  kNotTested,
-  kImproves,       ///< the map is better with it
-  kNoImprovement,  ///< the map is not better with it
-  kInsignificant,  ///< it is, but by no more than its standard error over the views
-  kChallenged,     ///< a motion next to it explains the two fragments better
-  kSolveFailed,    ///< the pose graph could not be optimised with it
-  kBetterWithout,  ///< accepted once; the map is better without it since others came in
-};
-[[nodiscard]] const char* to_string(Decision decision);
-[[nodiscard]] const char* to_string(Reason reason);
-
-/// A loop with its numbers. Scores in m², lower is better, of the chosen ScoreKind.
-struct SiftedLoop {
-  Loop loop;
-  double single_score = 0;  ///< of the odometry's map with this loop alone
-  double improvement =
-      0;          ///< score of the odometry's map − single_score, when it was measured; the rank's key
-  int rank = -1;  ///< place in the list of the last walk, 0 is best
-  double tested_score = 0;  ///< with the loops accepted before it; a lower bound where the test gave up early
-  double best_score_before = 0;
-  Decision decision = Decision::kPending;
-  Reason reason = Reason::kNotTested;
-  int frame_decided = -1;                    ///< newest frame in the map when it was decided
-  std::vector<std::uint16_t> telling_views;  ///< views that it alone made worse, worst first
 };
 
 struct SifterCounts {
@@ -67,66 +53,116 @@ class Sifter {
  public:
   /// scorer must outlive this and hold a fragment for each of the graph's whenever one of the steps below
   /// runs.
-  Sifter(const SifterOptions& options, MapScorer& scorer);
+  Sifter(const SifterOptions& options, MapScorer& scorer, Arena& arena);
 
   /// The odometry's graph, after each new fragment. Accepted loops and the poses of older fragments stay; new
   /// nodes follow the last one. newest_frame goes into the records.
   void set_graph(const PoseGraph& odometry, int newest_frame);
-  /// Step 1: scores each loop alone. Loops that name a fragment not in the graph are decided kSolveFailed.
+  /// Takes loops in; the steps do the rest. One that names a fragment not in the graph waits for it.
   void add(Span<const Loop> loops);
-  /// Steps 2 and 3. pending_only: walks the loops not decided yet, on top of the accepted ones; else starts
-  /// again from the odometry's map with all loops. Returns how many more loops are accepted.
-  int walk(bool pending_only);
-  /// Tests accepted loops by removal, the worst ranked first, until none is better left out. Returns how many
-  /// were revoked.
-  int review();
+  /// One piece of work. False when there is none.
+  bool step();
+  /// At most so many. True when there is more to do.
+  bool work(int max_steps);
+  /// Scores all loops again on the graph as it is and walks from the start. Within the limit the result is
+  /// that of the batch algorithm and true is returned; past it what was published before stays, and
+  /// unfinished() says how many loops were left. Loops that still wait for their fragment are refused.
+  bool finish(double time_limit_s = 1e9);
+  [[nodiscard]] std::int64_t unfinished() const { return unfinished_; }
 
-  [[nodiscard]] const std::vector<SiftedLoop>& records() const { return records_; }
+  /// Not by id.
+  [[nodiscard]] Span<const SiftedLoop> records() const { return loops_.records(); }
+  /// The loops of the published map, by id.
   [[nodiscard]] std::vector<Loop> accepted() const;
-  /// Poses of the best map, by node.
-  [[nodiscard]] const std::vector<Se3>& T_map_node() const { return best_.T_map_node; }
-  /// The odometry's graph with the best map's poses and the frame loops of the accepted loops.
+  /// Counts the published maps; changes when the accepted loops do.
+  [[nodiscard]] int epoch() const { return epoch_; }
+  /// Poses of the published map, by node.
+  [[nodiscard]] const std::vector<Se3>& T_map_node() const { return published_.T_map_node; }
+  /// The odometry's graph with the published map's poses and the frame loops of the accepted loops.
   [[nodiscard]] PoseGraph graph() const;
   /// Newest frame in the map, as given to set_graph.
   [[nodiscard]] int newest_frame() const { return newest_frame_; }
-  [[nodiscard]] double base_score() const { return base_.score; }
-  [[nodiscard]] double best_score() const { return best_.score; }
+  /// Score of the odometry's map, and of the best one where the last step tested.
+  [[nodiscard]] double base_score() const { return base_score_; }
+  [[nodiscard]] double best_score() const { return best_score_; }
   [[nodiscard]] const SifterCounts& counts() const { return counts_; }
+  /// Loops not decided on the present graph; after finish(), those it did not get to.
+  [[nodiscard]] std::int64_t pending() const { return undecided(); }
+  [[nodiscard]] std::int64_t dropped() const { return loops_.dropped(); }
+  [[nodiscard]] std::size_t capacity() const { return loops_.capacity(); }
   /// Times of solves, scores and whole tests.
   [[nodiscard]] const LatencyHistogram& solve_times() const { return solve_times_; }
   [[nodiscard]] const LatencyHistogram& score_times() const { return score_times_; }
   [[nodiscard]] const LatencyHistogram& test_times() const { return test_times_; }
-  /// Called after each loop that add, walk or review dealt with: how many are done, of how many. May be
-  /// empty.
+  /// Called after each step that scored or tested a loop: how many are decided on the present graph, of how
+  /// many.
   void on_progress(std::function<void(std::size_t, std::size_t)> callback) {
     progress_ = std::move(callback);
   }
 
  private:
-  void solve_accepted(const std::vector<Se3>& start);
-  void score_alone(SiftedLoop* record);
-  [[nodiscard]] std::vector<std::size_t> ranked(bool pending_only);
-  [[nodiscard]] bool test(SiftedLoop* record);
-  [[nodiscard]] bool test_removal(std::size_t accepted_index);
+  /// What there is to do next, and for which loop.
+  struct Work {
+    enum Kind { kNone, kScore, kTest, kPublish, kReview } kind = kNone;
+    std::size_t record = 0;
+  };
+  using Records = std::vector<std::size_t>;  // indices into the list, by rank
+
+  [[nodiscard]] Work next_work() const;
+  [[nodiscard]] bool in_map(const Loop& loop) const;
+  [[nodiscard]] bool is_known(const Loop& loop) const;
+  [[nodiscard]] Records accepted_before(int rank) const;
+
+  void score_alone(std::size_t record);
+  void test(std::size_t record);
+  void review();
+  void publish();
+  [[nodiscard]] Reason judge(SiftedLoop* record, const TrialMap& with);
+  [[nodiscard]] ViewComparison compare_with_best(const TrialMap& map, bool stop_early);
+
+  void measure_base();
+  void use_base_reference(bool base);
+  void go_to(const Records& accepted);
+  void take_as_best(TrialMap map, Records accepted);
+  [[nodiscard]] TrialMap solve_with(const std::vector<Edge>& edges, const std::vector<Se3>& start);
   void append_edges(const Loop& loop, std::vector<Edge>* edges) const;
-  [[nodiscard]] std::vector<Edge> frame_loops_of(const std::vector<std::size_t>& records) const;
+  [[nodiscard]] std::vector<Edge> frame_loops_of(const Records& records) const;
   void update_loop_weight();
-  [[nodiscard]] bool significant(double gain, const std::vector<float>& views) const;
-  void note_times(const TrialResult& trial);
-  void reject(SiftedLoop* record, Reason reason) const;
-  void report(std::size_t done, std::size_t of) const;
+  void decide(SiftedLoop* record, Decision decision, Reason reason) const;
+  void refuse(SiftedLoop* record, Reason reason) const;
+  [[nodiscard]] std::int64_t undecided() const;
 
   SifterOptions options_;
-  MapScorer* scorer_;
+  SolverWorkspace workspace_;
   MapTrial trial_;
-  TrialResult base_;                            // the odometry's map
-  TrialResult best_;                            // with the accepted loops
-  std::vector<float> base_views_, best_views_;  // base's and best map's score by view
-  std::vector<SiftedLoop> records_;
-  std::vector<std::size_t> accepted_;  // indices into records_, in order of acceptance
-  double loop_weight_ = 1;             // common factor of the loops' information, see update_loop_weight()
+  ViewComparer comparer_;
+  LoopList loops_;
+  double loop_weight_ = 1;  // common factor of the loops' information, see update_loop_weight()
   int newest_frame_ = -1;
+
+  // The odometry's map, with its score by view.
+  TrialMap base_;
+  std::vector<float> base_views_;
+  double base_score_ = 0;
+  // The map that loops are tested on: with these loops accepted.
+  TrialMap best_;
+  std::vector<float> best_views_;
+  double best_score_ = 0;
+  Records best_accepted_;
+  bool best_known_ = false;  // false: the graph changed since
+  bool base_in_use_ =
+      true;  // the scorer's reference in use is base_'s, the one put aside best_'s; else the other way
+
+  TrialMap published_;
+  Records published_accepted_;
+  std::uint64_t published_set_ = 0;  // names the accepted loops of the published map
+  std::uint64_t reviewed_set_ = 0;   // … and those under review
+  std::size_t review_left_ = 0;      // of them, to be tested by removal
+  int epoch_ = 0;
+  bool finishing_ = false;
+
   SifterCounts counts_;
+  std::int64_t unfinished_ = 0;
   LatencyHistogram solve_times_, score_times_, test_times_;
   std::function<void(std::size_t, std::size_t)> progress_;
 };

@@ -24,7 +24,7 @@ using ::testing::HasSubstr;
 class Results : public ::testing::Test {
  protected:
   Results() : back_end_(small_back_end(false)), frames_(test::frames_of(world_)) {
-    for (const Fragment& fragment : world_.fragments()) (void)back_end_->add_fragment(fragment);
+    for (const Fragment& fragment : world_.fragments()) (void)test::grow(&*back_end_, fragment);
     std::vector<Loop> loops = {world_.loop(0, 0, 6), world_.loop(1, 1, 5, Vector6d::Constant(0.4)),
                                world_.loop(2, 1, 6)};
     loops[2].j = FragmentId{9};
@@ -102,7 +102,7 @@ TEST_F(Results, LoopsCsvHasARowPerLoop) {
               ElementsAre("accepted", "improves the map", "27"));
   EXPECT_EQ(rows[2][7], "rejected");
   EXPECT_THAT(rows[3], ElementsAre("2", "1", "9", "", "-1", "", "", "rejected",
-                                   "the pose graph could not be optimised with it", "27"));
+                                   "names a fragment that is not in the map", "27"));
   EXPECT_EQ(rows[4][5], "") << "a loop not tested has no score";
   EXPECT_EQ(rows[4][7], "pending");
   EXPECT_EQ(rows[4][8], "not tested");
@@ -173,7 +173,7 @@ TEST(ResultsOfAFullMap, HoldFragmentsThatSiftingLeftOut) {
   BackEndOptions options = small_back_end(false);
   options.posterior.max_fragments = 5;
   const InArena<BackEnd> back_end(options);
-  for (const Fragment& fragment : world.fragments()) (void)back_end->add_fragment(fragment);
+  for (const Fragment& fragment : world.fragments()) (void)test::grow(&*back_end, fragment);
   const TemporaryFolder folder;
   const std::vector<OdometryPose> frames = test::frames_of(world);
   const Status status = write_results(folder.path(), *back_end, view_of(frames), view_of(world.fragments()));

@@ -28,7 +28,7 @@ TEST(RunReport, TheKeysAreTheDocumentedOnes) {
               UnorderedElementsAre("odometry", "fusion", "frame", "capture_to_pose", "proposal", "loop_solve",
                                    "loop_score", "loop_test", "correction"));
   for (const Json& stage : json["latency_ms"])
-    EXPECT_THAT(keys(stage), UnorderedElementsAre("p50", "p99", "max", "count"));
+    EXPECT_THAT(keys(stage), UnorderedElementsAre("p50", "p99", "max", "count", "quantiles"));
   EXPECT_THAT(keys(json["loops"]), UnorderedElementsAre("proposed", "scored", "tested", "accepted", "revoked",
                                                         "dropped", "pending"));
   EXPECT_THAT(keys(json["dmp"]), UnorderedElementsAre("odometry", "final", "views"));
@@ -53,6 +53,8 @@ TEST(RunReport, FiguresArriveUnderTheirKeys) {
   EXPECT_EQ(json["frames"], Json({{"received", 10}, {"dropped", 1}, {"tracked", 8}, {"lost", 1}}));
   EXPECT_EQ(json["latency_ms"]["loop_test"]["count"], 1);
   EXPECT_EQ(json["latency_ms"]["loop_test"]["max"], 5.0);
+  EXPECT_EQ(json["latency_ms"]["loop_test"]["quantiles"].size(), 21U);
+  EXPECT_EQ(json["latency_ms"]["loop_test"]["quantiles"][20], 5.0);
   EXPECT_EQ(json["latency_ms"]["frame"]["count"], 0);
   EXPECT_EQ(json["loops"]["accepted"], 3);
   EXPECT_EQ(json["dmp"], Json({{"odometry", 12.5}, {"final", 4.25}, {"views", 30}}));

@@ -120,9 +120,9 @@ TEST(Settings, ViewsMustFitTheScorer) {
   const Status status = check_views(settings, camera);
   ASSERT_FALSE(status.ok());
   EXPECT_EQ(status.error().code, ErrorCode::kUsage);
-  EXPECT_THAT(status.error().message, HasSubstr("fragment.view_step = 8"));
-  EXPECT_THAT(status.error().message, HasSubstr("set it to 16"));
-  settings.front_end.fragment.view_step = 16;
+  EXPECT_THAT(status.error().message, HasSubstr("fragment.view_step = 16"));
+  EXPECT_THAT(status.error().message, HasSubstr("set it to 32"));
+  settings.front_end.fragment.view_step = 32;
   EXPECT_TRUE(check_views(settings, camera).ok());
 }
 

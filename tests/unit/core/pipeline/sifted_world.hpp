@@ -16,7 +16,18 @@ inline BackEndOptions small_back_end(bool propose) {
   options.calibrate_odometry = false;  // the world's odometry is honest
   options.posterior.max_fragments = options.proposal.max_fragments = 8;
   options.posterior.max_discs_per_fragment = 10000;
+  options.posterior.max_view_width = 80, options.posterior.max_view_height = 60;
   return options;
+}
+
+/// As the back thread does: the fragment, and all the sifting that there is to do. True when the corrections
+/// changed.
+inline bool grow(BackEnd* back_end, const Fragment& fragment) {
+  const int before = back_end->sifter().epoch();
+  if (!back_end->add_fragment(fragment)) return false;
+  while (back_end->work(1)) {
+  }
+  return back_end->sifter().epoch() != before;
 }
 
 inline std::vector<OdometryPose> frames_of(const FragmentWorld& world) {

@@ -15,6 +15,7 @@ inline PosteriorOptions small_options() {
   PosteriorOptions options;
   options.max_fragments = 8;
   options.max_discs_per_fragment = 10000;
+  options.max_view_width = 80, options.max_view_height = 60;
   return options;
 }
 

@@ -17,18 +17,29 @@ std::vector<Edge> frame_loops(const PoseGraph& graph, const Loop& loop) {
   return edges;
 }
 
+// A trial with a solver of its own.
+struct Trial {
+  Trial(const Sifting& sifting, const PoseGraph& graph, ScoreKind kind, const SolveOptions& solve = {})
+      : trial(*sifting.scorer, kind, solve, workspace) {
+    trial.set_graph(graph);
+  }
+  Arena arena{1 << 20};
+  SolverWorkspace workspace{&arena, {40, 240}};
+  MapTrial trial;
+};
+
 TEST(MapTrial, PosteriorIsMisfitAndPriorThePlainScoreMisfitAlone) {
   const FragmentWorld world;
   const Sifting sifting(world);
   const PoseGraph graph = world.graph();
   for (const ScoreKind kind : {ScoreKind::kPlain, ScoreKind::kPosterior}) {
-    MapTrial trial(graph, *sifting.scorer, kind, {});
-    const TrialResult base = trial.base();
-    EXPECT_TRUE(base.solved && base.complete);
-    EXPECT_EQ(base.prior, 0.0) << "the odometry agrees with itself";
-    const TrialResult with = trial.run(frame_loops(graph, world.loop(0, 0, 6)), graph.T_map_node);
-    ASSERT_TRUE(with.solved && with.complete);
-    EXPECT_EQ(with.score, with.misfit + with.prior);
+    Trial t(sifting, graph, kind);
+    EXPECT_EQ(t.trial.base().prior, 0.0) << "the odometry agrees with itself";
+    const TrialMap with = t.trial.run(frame_loops(graph, world.loop(0, 0, 6)), graph.T_map_node);
+    ASSERT_TRUE(with.solved);
+    const MapScore score = t.trial.score(with);
+    ASSERT_TRUE(score.complete);
+    EXPECT_EQ(score.value, sifting.scorer->score(with.T_map_fragment, kind).value + with.prior);
     const double b = sifting.scorer->own_residual();
     double chi2 = 0;
     for (const Edge& edge : graph.odometry)
@@ -43,16 +54,16 @@ TEST(MapTrial, GivesUpAboveTheLimitPriorIncluded) {
   const FragmentWorld world;
   const Sifting sifting(world);
   const PoseGraph graph = world.graph();
-  MapTrial trial(graph, *sifting.scorer, ScoreKind::kPosterior, {});
-  const std::vector<Edge> edges = frame_loops(graph, world.loop(0, 0, 6));
-  const double full = trial.run(edges, graph.T_map_node).score;
+  Trial t(sifting, graph, ScoreKind::kPosterior);
+  const TrialMap with = t.trial.run(frame_loops(graph, world.loop(0, 0, 6)), graph.T_map_node);
+  const double full = t.trial.score(with).value;
   for (const double part : {0.01, 0.5, 0.999, 1.001}) {
     ScoreLimits limits;
     limits.give_up_above = part * full;
-    const TrialResult result = trial.run(edges, graph.T_map_node, limits);
+    const MapScore result = t.trial.score(with, limits);
     EXPECT_EQ(result.complete, part > 1.0);
-    EXPECT_LE(result.score, full * (1 + 1e-6));
-    EXPECT_GE(result.score, std::min(limits.give_up_above, full) * (1 - 1e-9));
+    EXPECT_LE(result.value, full * (1 + 1e-6));
+    EXPECT_GE(result.value, std::min(limits.give_up_above, full) * (1 - 1e-9));
   }
 }
 
@@ -60,14 +71,31 @@ TEST(MapTrial, AFailedSolveIsSaidToBeOne) {
   const FragmentWorld world;
   const Sifting sifting(world);
   const PoseGraph graph = world.graph();
-  MapTrial trial(graph, *sifting.scorer, ScoreKind::kPosterior, {});
+  Trial t(sifting, graph, ScoreKind::kPosterior);
   std::vector<Edge> edges = frame_loops(graph, world.loop(0, 0, 6));
   edges[0].b = 1000;
-  EXPECT_FALSE(trial.run(edges, graph.T_map_node).solved);
+  EXPECT_FALSE(t.trial.run(edges, graph.T_map_node).solved);
   SolveOptions no_time;
   no_time.time_limit_s = 0;
-  MapTrial hurried(graph, *sifting.scorer, ScoreKind::kPosterior, no_time);
-  EXPECT_FALSE(hurried.run(frame_loops(graph, world.loop(0, 0, 6)), graph.T_map_node).solved);
+  Trial hurried(sifting, graph, ScoreKind::kPosterior, no_time);
+  EXPECT_FALSE(hurried.trial.run(frame_loops(graph, world.loop(0, 0, 6)), graph.T_map_node).solved);
+}
+
+// What does not fit the fast solver's memory goes to Ceres, with the same result.
+TEST(MapTrial, AGraphTooLargeForTheFastSolverIsSolvedAllTheSame) {
+  const FragmentWorld world;
+  const Sifting sifting(world);
+  const PoseGraph graph = world.graph();
+  Trial t(sifting, graph, ScoreKind::kPosterior);
+  Arena arena{1 << 20};
+  SolverWorkspace small(&arena, {4, 24});
+  MapTrial by_ceres(*sifting.scorer, ScoreKind::kPosterior, {}, small);
+  by_ceres.set_graph(graph);
+  const std::vector<Edge> edges = frame_loops(graph, world.loop(0, 0, 6));
+  const TrialMap a = t.trial.run(edges, graph.T_map_node), b = by_ceres.run(edges, graph.T_map_node);
+  ASSERT_TRUE(a.solved && b.solved);
+  for (std::size_t n = 0; n < a.T_map_node.size(); ++n)
+    EXPECT_LT((a.T_map_node[n].inverse() * b.T_map_node[n]).log().norm(), 1e-4);
 }
 
 TEST(MapTrial, FragmentPosesAreThoseOfTheirFirstNodes) {

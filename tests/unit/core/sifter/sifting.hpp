@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: MIT
 // A sifter over a world of fragments, all at once or fragment by fragment.
 #pragma once
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <stdexcept>
 #include <vector>
 
 #include "core/sifter/sifter.hpp"
@@ -13,12 +17,14 @@ inline PosteriorOptions small_posterior() {
   PosteriorOptions options;
   options.max_fragments = 8;
   options.max_discs_per_fragment = 10000;
+  options.max_view_width = 80, options.max_view_height = 60;
   return options;
 }
 
 class Sifting {
  public:
-  explicit Sifting(const SifterOptions& options = {}) : scorer(small_posterior()), sifter(options, *scorer) {}
+  explicit Sifting(const SifterOptions& options = {})
+      : scorer(small_posterior()), sifter_(options, std::ref(*scorer)) {}
   explicit Sifting(const FragmentWorld& world, const SifterOptions& options = {}) : Sifting(options) {
     for (const Fragment& fragment : world.fragments()) (void)scorer->add(fragment);
     graph_ = world.graph();
@@ -30,15 +36,25 @@ class Sifting {
     append_fragment(previous, fragment, 2, &graph_);
     set_graph(fragment);
     add(loops);
-    (void)sifter.walk(true);
-    (void)sifter.review();
+    work();
   }
   void add(const std::vector<Loop>& loops) { sifter.add(Span<const Loop>(loops.data(), loops.size())); }
+  /// All that there is to do on the graph as it is.
+  void work() {
+    while (sifter.step()) {
+    }
+  }
   /// Algorithm 1 on these loops; ids of those accepted.
   std::vector<int> sift(const std::vector<Loop>& loops) {
     add(loops);
-    (void)sifter.walk(false);
+    EXPECT_TRUE(sifter.finish());
     return accepted();
+  }
+  /// By id of the loop.
+  [[nodiscard]] const SiftedLoop& of(int id) const {
+    for (const SiftedLoop& record : sifter.records())
+      if (record.loop.id.value == id) return record;
+    throw std::out_of_range("no such loop");
   }
   [[nodiscard]] std::vector<int> accepted() const {
     std::vector<int> ids;
@@ -49,7 +65,12 @@ class Sifting {
   [[nodiscard]] const SiftedLoop& record(std::size_t k) const { return sifter.records()[k]; }
 
   InArena<MapScorer> scorer;
-  Sifter sifter;
+
+ private:
+  InArena<Sifter> sifter_;
+
+ public:
+  Sifter& sifter = *sifter_;
 
  private:
   void set_graph(const Fragment& newest) {
