@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The same loops through published filters and through ours, in one table; and how each holds up in a sweep.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 
@@ -125,6 +126,13 @@ Status check(const CompareOptions& options) {
   return validate(options.sweep);
 }
 
+// The sweep adds false loops, as many times as its largest share.
+std::size_t room_for_loops(const CompareOptions& options) {
+  if (options.sweep_csv.empty()) return 1;
+  const auto& shares = options.sweep.false_shares;
+  return 2 + static_cast<std::size_t>(*std::max_element(shares.begin(), shares.end()));
+}
+
 int compare(CompareOptions options) {
   if (const Status checked = check(options); !checked) return fail(checked.error());
   const auto truth = Truth::read(options.truth);
@@ -135,6 +143,7 @@ int compare(CompareOptions options) {
     if (!read) return fail(read.error());
     mesh = std::move(*read);
   }
+  options.arguments.room_for_loops = room_for_loops(options);
   SiftInput sift;
   int exit_code = kExitDone;
   if (!read_sift_input(options.arguments, &sift, &exit_code)) return exit_code;

@@ -53,6 +53,9 @@ BackEndOptions back_end_options(const OfflineMapOptions& o, const SourceInfo& in
   options.posterior.max_views_per_fragment = o.views;
   options.posterior.max_view_width = view_camera(o, info.camera).width;
   options.posterior.max_view_height = view_camera(o, info.camera).height;
+  options.finish_limit_s = 1e9;
+  options.sifter.max_loops = static_cast<int>(o.max_loops);
+  options.sifter.max_nodes = options.keyframes_per_fragment * options.posterior.max_fragments;
   options.sifter.score = score;
   options.sifter.hindsight = score == ScoreKind::kPosterior;
   return options;

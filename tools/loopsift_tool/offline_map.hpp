@@ -27,9 +27,10 @@ namespace loopsift::tool {
 
 struct OfflineMapOptions {
   int fragment_frames = 50;
-  int views = 3;        ///< per fragment
-  int view_width = 40;  ///< pixels that views are reduced to; smaller images are reduced less
-  int map_width = 160;  ///< pixels that images are reduced to before they are fused
+  int views = 3;                 ///< per fragment
+  int view_width = 40;           ///< pixels that views are reduced to; smaller images are reduced less
+  int map_width = 160;           ///< pixels that images are reduced to before they are fused
+  std::size_t max_loops = 4096;  ///< that a back end can be given
   /// One back end for each; there may be none. The plain score is the paper's and comes without hindsight.
   std::vector<ScoreKind> back_ends = {ScoreKind::kPosterior};
 };

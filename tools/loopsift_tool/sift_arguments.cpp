@@ -2,12 +2,11 @@
 #include "tools/loopsift_tool/sift_arguments.hpp"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <utility>
 
-#include "core/base/steady_time.hpp"
 #include "tools/loopsift_tool/command_support.hpp"
 #include "tools/loopsift_tool/g2o_input.hpp"
-#include "tools/loopsift_tool/ticker.hpp"
 
 namespace loopsift::tool {
 
@@ -70,14 +69,40 @@ Expected<std::vector<Loop>> read_log_loops(const SiftArguments& arguments, int r
   return loops;
 }
 
-Expected<std::vector<Loop>> read_g2o_loops(const SiftArguments& arguments, Span<const Fragment> fragments) {
-  if (!arguments.info.empty())
-    return Error{ErrorCode::kUsage,
-                 "--info: the edges of a .g2o carry their information themselves; leave it out"};
-  const Expected<PoseGraph> graph = read_g2o(arguments.loops);
-  if (!graph) return graph.error();
-  return loops_of(*graph, arguments.loops, fragments);
-}
+// A loop file, read before the recording to tell what is wrong with it and how many loops there are, and
+// made loops between fragments after it.
+class LoopFile {
+ public:
+  explicit LoopFile(const SiftArguments& arguments) : arguments_(arguments) {}
+  Status read_early(int recorded) {
+    recorded_ = recorded;
+    if (!is_g2o(arguments_.loops)) {
+      const auto loops = read_log_loops(arguments_, recorded, recorded);
+      if (!loops) return loops.error();
+      count_ = loops->size();
+      return {};
+    }
+    if (!arguments_.info.empty())
+      return Error{ErrorCode::kUsage,
+                   "--info: the edges of a .g2o carry their information themselves; leave it out"};
+    Expected<PoseGraph> graph = read_g2o(arguments_.loops);
+    if (!graph) return graph.error();
+    graph_ = std::move(*graph);
+    count_ = graph_.loops.size();
+    return {};
+  }
+  [[nodiscard]] std::size_t count() const { return count_; }
+  [[nodiscard]] Expected<std::vector<Loop>> between(Span<const Fragment> fragments) const {
+    if (is_g2o(arguments_.loops)) return loops_of(graph_, arguments_.loops, fragments);
+    return read_log_loops(arguments_, recorded_, static_cast<int>(fragments.size()));
+  }
+
+ private:
+  const SiftArguments& arguments_;
+  PoseGraph graph_;  // of a .g2o
+  std::size_t count_ = 0;
+  int recorded_ = 0;  // fragments in the recording
+};
 
 }  // namespace
 
@@ -96,36 +121,17 @@ bool read_sift_input(const SiftArguments& arguments, SiftInput* input, int* exit
   }
   const auto odometry = GivenOdometry::open(arguments.trajectory, arguments.odometry_info);
   if (!odometry) return failed(odometry.error());
-  const bool g2o = is_g2o(arguments.loops);
+  LoopFile file(arguments);
   const int recorded = fragments_in((*source)->info().frame_count, arguments.map.fragment_frames);
-  if (!g2o) {
-    const auto early = read_log_loops(arguments, recorded, recorded);
-    if (!early) return failed(early.error());
-  }
-  auto map = OfflineMap::build(**source, *odometry, arguments.map);
+  if (const Status read = file.read_early(recorded); !read) return failed(read.error());
+  OfflineMapOptions options_of_map = arguments.map;
+  options_of_map.max_loops = std::max<std::size_t>(1, arguments.room_for_loops * file.count());
+  auto map = OfflineMap::build(**source, *odometry, options_of_map);
   if (!map) return failed(map.error());
-  const Span<const Fragment> fragments = (*map)->fragments();
-  auto loops = g2o ? read_g2o_loops(arguments, fragments)
-                   : read_log_loops(arguments, recorded, static_cast<int>(fragments.size()));
+  auto loops = file.between((*map)->fragments());
   if (!loops) return failed(loops.error());
   *input = {std::move(*map), std::move(*loops)};
   return true;
-}
-
-double sift_all(Span<const Loop> loops, BackEnd* back_end) {
-  const std::int64_t begin = steady_now_ns();
-  {
-    Ticker ticker("scoring loops alone:");
-    back_end->sifter().on_progress([&](std::size_t done, std::size_t of) { ticker.update(done, of); });
-    back_end->add_loops(loops);
-  }
-  {
-    Ticker ticker("sifting:");
-    back_end->sifter().on_progress([&](std::size_t done, std::size_t of) { ticker.update(done, of); });
-    back_end->finish();
-  }
-  back_end->sifter().on_progress({});
-  return static_cast<double>(steady_now_ns() - begin) * 1e-9;
 }
 
 }  // namespace loopsift::tool

@@ -14,6 +14,7 @@ namespace loopsift::tool {
 struct SiftArguments {
   std::string source, trajectory, loops, info, odometry_info, json;
   OfflineMapOptions map;
+  std::size_t room_for_loops = 1;  ///< times the loops of the file, for those that are added later
 };
 
 /// Adds --source, --trajectory, --loops, --info, --odometry-info, --fragment-frames, --views, --view-width,
@@ -29,8 +30,5 @@ struct SiftInput {
 /// Reads everything: small files first, so that what is wrong with them is told before the recording is read.
 /// False: the failure has been told and *exit_code says which.
 [[nodiscard]] bool read_sift_input(const SiftArguments& arguments, SiftInput* input, int* exit_code);
-
-/// All loops in, sifted to the end, with progress on a terminal. Returns the seconds that it took.
-double sift_all(Span<const Loop> loops, BackEnd* back_end);
 
 }  // namespace loopsift::tool

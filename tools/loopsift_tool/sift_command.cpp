@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Algorithm 1 in batch on anyone's trajectory and loops.
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
 #include <filesystem>
 #include <limits>
 #include <map>
@@ -12,6 +14,7 @@
 #include "tools/loopsift_tool/command_support.hpp"
 #include "tools/loopsift_tool/commands.hpp"
 #include "tools/loopsift_tool/sift_arguments.hpp"
+#include "tools/loopsift_tool/ticker.hpp"
 
 namespace loopsift::tool {
 namespace {
@@ -20,19 +23,35 @@ struct SiftOptions {
   SiftArguments arguments;
   ScoreKind score = ScoreKind::kPosterior;
   std::string out;
+  double time_limit_s = 0;  // 0: none
 };
+
+double seconds_since(std::int64_t begin_ns) { return 1e-9 * static_cast<double>(steady_now_ns() - begin_ns); }
+
+// Without a limit the batch algorithm. With one its steps, as onboard, until the time is over: the map is
+// then that of the loops accepted so far.
+void sift_all(Span<const Loop> loops, double time_limit_s, BackEnd* back_end) {
+  constexpr int kStepsAtOnce = 4;
+  const std::int64_t begin_ns = steady_now_ns();
+  Ticker ticker("sifting:");
+  const auto show = [&](std::size_t done, std::size_t of) { ticker.update(done, of); };
+  back_end->add_loops(loops);
+  Sifter& sifter = back_end->sifter();
+  if (time_limit_s <= 0) {
+    sifter.on_progress(show);
+    (void)back_end->finish();
+    sifter.on_progress({});
+    return;
+  }
+  while (back_end->work(kStepsAtOnce) && seconds_since(begin_ns) < time_limit_s)
+    show(loops.size() - static_cast<std::size_t>(sifter.pending()), loops.size());
+}
 
 Status make_folder(const std::string& path) {
   std::error_code error;
   std::filesystem::create_directories(path, error);
   if (!error) return {};
   return Error{ErrorCode::kIo, path + ": the folder for the results cannot be made: " + error.message()};
-}
-
-std::int64_t pending(const Sifter& sifter) {
-  std::int64_t count = 0;
-  for (const SiftedLoop& record : sifter.records()) count += record.decision == Decision::kPending ? 1 : 0;
-  return count;
 }
 
 void add_sifting_figures(const BackEnd& back_end, RunFigures* figures) {
@@ -43,7 +62,7 @@ void add_sifting_figures(const BackEnd& back_end, RunFigures* figures) {
   figures->loops.tested = counts.tested;
   figures->loops.accepted = static_cast<std::int64_t>(sifter.accepted().size());
   figures->loops.revoked = counts.revoked;
-  figures->loops.pending = pending(sifter);
+  figures->loops.pending = sifter.pending();
   figures->dmp = {back_end.dmp_odometry(), back_end.dmp_final(), back_end.scorer().view_count()};
   (*figures)[Stage::kLoopSolve] = sifter.solve_times();
   (*figures)[Stage::kLoopScore] = sifter.score_times();
@@ -85,20 +104,26 @@ int sift(SiftOptions options) {
   SiftInput input;
   int exit_code = kExitDone;
   if (!read_sift_input(options.arguments, &input, &exit_code)) return exit_code;
-  const double fused_s = static_cast<double>(steady_now_ns() - begin) * 1e-9;
+  const double fused_s = seconds_since(begin);
   BackEnd& back_end = input.map->back_end(0);
-  const double sifted_s = sift_all(input.loops, &back_end);
+  const std::int64_t sifting_begin = steady_now_ns();
+  sift_all(input.loops, options.time_limit_s, &back_end);
+  const double sifted_s = seconds_since(sifting_begin);
+  if (const std::int64_t left = back_end.sifter().pending(); left > 0)
+    std::fprintf(stderr, "loopsift-tool: %lld of %zu loops were left undecided by the time limit\n",
+                 static_cast<long long>(left), input.loops.size());
 
   RunFigures figures = input.map->figures();
   add_sifting_figures(back_end, &figures);
   figures.memory.peak_rss_bytes = peak_rss_bytes();
-  figures.wall_s = static_cast<double>(steady_now_ns() - begin) * 1e-9;
+  figures.wall_s = seconds_since(begin);
   if (const Status written = write_all(options, input.map.get(), figures); !written)
     return fail(written.error());
   return show_figures({{"frames with a pose", "frames", figures.frames.tracked, ""},
                        {"fragments", "fragments", back_end.fragment_count(), ""},
                        {"loops", "loops", figures.loops.proposed, ""},
                        {"  accepted", "accepted", figures.loops.accepted, ""},
+                       {"  left by the time limit", "pending", figures.loops.pending, ""},
                        {"  revoked in hindsight", "revoked", figures.loops.revoked, ""},
                        {"dense map posterior, odometry", "dmp_odometry", figures.dmp.odometry_m2, "m^2"},
                        {"  after sifting", "dmp_final", figures.dmp.final_m2, "m^2"},
@@ -120,6 +145,12 @@ void add_sift_command(CLI::App& app, int* exit_code) {
       ->add_option("--score", options->score,
                    "posterior (default), or plain: the published one, without prior, support or hindsight")
       ->transform(CLI::CheckedTransformer(scores));
+  command
+      ->add_option(
+          "--time-limit", options->time_limit_s,
+          "seconds for sifting; loops that are undecided then are left out, and reported as pending; 0 is no "
+          "limit")
+      ->check(CLI::NonNegativeNumber);
   command->add_option("--out", options->out, "folder for what a run writes; made when missing")->required();
   command->callback([options, exit_code] { *exit_code = sift(*options); });
 }

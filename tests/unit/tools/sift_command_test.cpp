@@ -199,6 +199,20 @@ TEST_F(SiftCommand, AGraphOfAnotherRecording) {
   EXPECT_THAT(outcome.err, HasSubstr("graph.g2o: vertex 157"));
 }
 
+TEST_F(SiftCommand, WhatATimeLimitLeavesIsReported) {
+  std::vector<Se3> motions(20, true_motion(kTrueI, kTrueJ));
+  write_loops_of(motions);
+  const DeskOutcome outcome = run_desk(with(line(), "--time-limit", "0.000001"));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(json()["loops"]["proposed"], 20);
+  EXPECT_GT(json()["loops"]["pending"], 0);
+  EXPECT_THAT(outcome.err, HasSubstr("of 20 loops were left undecided by the time limit"));
+  ASSERT_EQ(run_desk(with(line(), "--time-limit", "1000")).exit_code, 0);
+  EXPECT_EQ(json()["loops"]["pending"], 0);
+  EXPECT_GE(json()["loops"]["accepted"], 1);
+  EXPECT_EQ(run_desk(with(line(), "--time-limit", "-1")).exit_code, 2);
+}
+
 TEST_F(SiftCommand, ResolutionOfViewsAndMap) {
   ASSERT_EQ(run_desk(with(line(), "--views", "1")).exit_code, 0);
   const double coarse = json()["memory"]["budget_bytes"];
