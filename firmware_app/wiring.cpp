@@ -248,8 +248,10 @@ class Run {
   bool capture_joined_ = false, back_joined_ = false;
 };
 
-/// What must be asked of the system before the threads start.
+/// What must be asked of the system before the threads start, and after all parts were made: what they took
+/// of the heap does not come from the back thread's region.
 void Run::prepare() {
+  warm_heap(heap_region_bytes(settings_));
   const bool live = settings_.run.rate == Rate::kRealtime || source_->info().live;
   const RealtimeRights rights = prepare_realtime(settings_.threads, live);
   if (!rights.warning.empty()) spdlog::warn("{}", rights.warning);
@@ -379,7 +381,6 @@ RunEnd run(const Settings& settings, RunControl& control, Progress* progress) {
   if (!settings.run.out.empty())
     if (const Status made = make_folder(settings.run.out); !made.ok())
       return {Failure{Phase::kRun, made.error()}};
-  warm_heap(heap_region_bytes(settings));
   auto one = std::make_unique<Run>(settings, std::move(*source), std::move(*odometry), plan);
   RunEnd end{one->go(control, *progress)};
   if (const Status written = one->write(started_s); !written.ok() && !end.failure)

@@ -57,13 +57,13 @@ void FpfhExtractor::collect_neighbours(const RegistrationCloud& cloud) {
   std::size_t count = 0;
   for (const Eigen::Vector3f& p : cloud.points)
     index_.for_each_within(p, options_.radius_m, [&](std::uint32_t, float) { ++count; });
-  if (neighbours_.capacity() < count) std::vector<Neighbour>().swap(neighbours_);
+  if (neighbours_.capacity() < count) std::vector<std::uint16_t>().swap(neighbours_);
   neighbours_.reserve(count);
   starts_.assign(1, 0);
   neighbours_.clear();
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     index_.for_each_within(cloud.points[i], options_.radius_m, [&](std::uint32_t j, float d2) {
-      if (j != i && d2 > 0) neighbours_.push_back({j, 1.0F / d2});
+      if (j != i && d2 > 0) neighbours_.push_back(static_cast<std::uint16_t>(j));
     });
     starts_.push_back(neighbours_.size());
   }
@@ -73,7 +73,7 @@ void FpfhExtractor::accumulate_simplified(const RegistrationCloud& cloud) {
   simplified_.assign(cloud.size(), Fpfh{});
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     for (std::size_t k = starts_[i]; k < starts_[i + 1]; ++k) {
-      const std::size_t j = neighbours_[k].point;
+      const std::size_t j = neighbours_[k];
       int bins[3];
       if (j < i || !pair_bins(cloud.points[i], cloud.normals[i], cloud.points[j], cloud.normals[j], bins))
         continue;
@@ -91,12 +91,12 @@ void FpfhExtractor::accumulate_simplified(const RegistrationCloud& cloud) {
 }
 
 /// FPFH(p) = SPFH(p) + 1/k Σ SPFH(p_k) / w_k with w_k the squared distance (the common choice), normalised.
-Fpfh FpfhExtractor::weighted(std::size_t point) const {
+Fpfh FpfhExtractor::weighted(const RegistrationCloud& cloud, std::size_t point) const {
   Fpfh f{};
   float sum = 0;
   for (std::size_t k = starts_[point]; k < starts_[point + 1]; ++k) {
-    const Fpfh& s = simplified_[neighbours_[k].point];
-    const float weight = neighbours_[k].inverse_squared_distance;
+    const Fpfh& s = simplified_[neighbours_[k]];
+    const float weight = 1.0F / (cloud.points[neighbours_[k]] - cloud.points[point]).squaredNorm();
     sum += weight;
     for (std::size_t d = 0; d < f.size(); ++d) f[d] += weight * s[d];
   }
@@ -135,7 +135,7 @@ void FpfhExtractor::extract(const RegistrationCloud& cloud, Keypoints* keypoints
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     if (starts_[i + 1] - starts_[i] < static_cast<std::size_t>(options_.min_neighbours)) continue;
     keypoints->points.push_back(static_cast<std::uint16_t>(i));
-    keypoints->features.push_back(weighted(i));
+    keypoints->features.push_back(weighted(cloud, i));
     for (std::size_t d = 0; d < keypoints->mean.size(); ++d)
       keypoints->mean[d] += keypoints->features.back()[d];
   }

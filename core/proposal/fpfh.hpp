@@ -40,18 +40,14 @@ class FpfhExtractor {
  private:
   void collect_neighbours(const RegistrationCloud& cloud);
   void accumulate_simplified(const RegistrationCloud& cloud);
-  [[nodiscard]] Fpfh weighted(std::size_t point) const;
+  [[nodiscard]] Fpfh weighted(const RegistrationCloud& cloud, std::size_t point) const;
   void keep_distinctive(Keypoints* keypoints);
 
-  struct Neighbour {
-    std::uint32_t point = 0;
-    float inverse_squared_distance = 0;
-  };
   FpfhOptions options_;
   RadiusIndex index_;
-  std::vector<std::size_t> starts_;  ///< first neighbour of each point, and the end
-  std::vector<Neighbour> neighbours_;
-  std::vector<Fpfh> simplified_;  ///< SPFH: bin counts of each point's own pairs
+  std::vector<std::size_t> starts_;        ///< first neighbour of each point, and the end
+  std::vector<std::uint16_t> neighbours_;  ///< a cloud has at most 65534 points
+  std::vector<Fpfh> simplified_;           ///< SPFH: bin counts of each point's own pairs
   std::vector<float> distinctiveness_;
   std::vector<std::size_t> order_;
 };

@@ -31,7 +31,7 @@ class Runtime : public ::testing::Test {
     std::vector<std::string> all = {LOOPSIFT_PROGRAM, "--source",     kScene, "--rate", "max",
                                     "--out",          folder_ / "out"};
     std::vector<std::string> assignments = {"lcm.enabled=false", "memory.cap_mib=1000",
-                                            "fragment.frames_per_fragment=25",
+                                            "fragment.frames_per_fragment=25", "frame.reduction=2",
                                             "run.odometry=file:" + (folder_ / "truth/groundtruth.txt")};
     assignments.insert(assignments.end(), settings.begin(), settings.end());
     for (const std::string& assignment : assignments) {
@@ -109,7 +109,7 @@ TEST_F(Runtime, AStopInTheMiddleLeavesItsResults) {
   std::vector<std::string> endless = command({"run.log_level=info"});
   endless[2] = "synth:room?width=160&height=120&laps=100";
   test::Program program(endless);
-  ASSERT_TRUE(program.wait_for("mapping", 120)) << program.output();
+  ASSERT_TRUE(program.wait_for(" frames, ", 120)) << program.output();
   program.signal(SIGTERM);
   EXPECT_EQ(program.wait(), 0) << program.output();
   EXPECT_FALSE(test::read_file(folder_ / "out/trajectory.txt").empty());
