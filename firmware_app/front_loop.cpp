@@ -18,13 +18,14 @@ void count(std::atomic<T>* counter) {  // one thread writes
 
 }  // namespace
 
-FrontLoop::FrontLoop(const Parts& parts, bool lockstep, std::size_t max_poses, RunFigures* figures,
-                     Arena& arena)
+FrontLoop::FrontLoop(const Parts& parts, const SlewOptions& slew, bool lockstep, std::size_t max_poses,
+                     RunFigures* figures, Arena& arena)
     : parts_(parts),
       lockstep_(lockstep),
       figures_(*figures),
       poses_(arena.carve<OdometryPose>("pipeline/poses", max_poses)),
-      notes_(arena.carve<Note>("pipeline/notes", kNotes)) {}
+      notes_(arena.carve<Note>("pipeline/notes", kNotes)),
+      slew_(slew) {}
 
 ReadStatus FrontLoop::run(const RunControl& control, ThreadMonitor* monitor, ThreadTenure* tenure) {
   while (!control.stop && !control.finish) {
@@ -79,6 +80,8 @@ void FrontLoop::take(const RawFrame& raw, ThreadMonitor* monitor) {
 
 void FrontLoop::keep(const FrontEndResult& result) {
   T_odom_camera_ = result.tracking.T_odom_camera;
+  const double dt_s = 1e-9 * static_cast<double>(result.timestamp_ns - last_timestamp_ns_);
+  const Se3& T_map_odom = slew_.follow(T_map_odom_, T_odom_camera_, status_.frames == 0 ? 0.0 : dt_s);
   const std::size_t n = status_.poses.load(std::memory_order_relaxed);
   if (n < poses_.size()) {
     poses_[n] = {result.timestamp_ns, T_odom_camera_};
@@ -86,7 +89,7 @@ void FrontLoop::keep(const FrontEndResult& result) {
   } else {
     count(&status_.poses_refused);
   }
-  (void)parts_.publisher.publish(PoseRecord{result.timestamp_ns, T_odom_camera_, T_map_odom_, status_.epoch,
+  (void)parts_.publisher.publish(PoseRecord{result.timestamp_ns, T_odom_camera_, T_map_odom, status_.epoch,
                                             result.tracking.information});
 }
 

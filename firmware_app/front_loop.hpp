@@ -14,6 +14,7 @@
 #include "core/odometry/trajectory_odometry.hpp"
 #include "core/pipeline/corrected_trajectory.hpp"
 #include "core/pipeline/run_figures.hpp"
+#include "core/pipeline/slew.hpp"
 #include "drivers/decode_ahead.hpp"
 #include "firmware_app/back_worker.hpp"
 #include "firmware_app/publisher.hpp"
@@ -47,9 +48,10 @@ class FrontLoop {
     TrajectoryOdometry* given = nullptr;
   };
 
-  /// lockstep: wait for the back thread wherever timing could change the result. max_poses: poses kept for
-  /// the written trajectory; a run goes on past them.
-  FrontLoop(const Parts& parts, bool lockstep, std::size_t max_poses, RunFigures* figures, Arena& arena);
+  /// slew: of the published corrected pose. lockstep: wait for the back thread wherever timing could change
+  /// the result. max_poses: poses kept for the written trajectory; a run goes on past them.
+  FrontLoop(const Parts& parts, const SlewOptions& slew, bool lockstep, std::size_t max_poses,
+            RunFigures* figures, Arena& arena);
 
   /// Until the source's end, its loss, or an order to stop or finish. kEnd, kLost or kTimeout (ordered).
   /// Front thread.
@@ -88,6 +90,7 @@ class FrontLoop {
   FrontStatus status_;
   CorrectionRecord correction_;
   Se3 T_odom_camera_, T_map_odom_;
+  Slew slew_;  // what POSE shows of T_map_odom_
   std::int64_t first_timestamp_ns_ = 0, last_timestamp_ns_ = 0;
 };
 

@@ -90,8 +90,9 @@ struct Parts {
         front_end(source.info().camera, source.info().depth_unit_m, settings.front_end, &store, arena),
         back_end(settings.back_end, arena),
         back_worker(back_end, store, publisher, arena, back_worker_options(settings, shared)),
-        front({queue, front_end, back_worker, publisher, given}, settings.run.rate == Rate::kMax,
-              static_cast<std::size_t>(settings.store.max_frames), &shared.figures, arena) {}
+        front({queue, front_end, back_worker, publisher, given}, settings.lcm.slew,
+              settings.run.rate == Rate::kMax, static_cast<std::size_t>(settings.store.max_frames),
+              &shared.figures, arena) {}
 
   BackWorkerOptions back_worker_options(const Settings& settings, Shared& shared) {
     BackWorkerOptions options;

@@ -72,6 +72,11 @@ OptionSection lcm_section(LcmSettings& s) {
            &s.max_command_age_s,
            "commands whose time is farther from this host's clock are refused; 0: any time will do",
            {0, 1e6}},
+          {"slew_m_per_s",
+           &s.slew.max_m_per_s,
+           "how fast POSE may move to where a correction has it; 0: it jumps",
+           {0, 1000}},
+          {"slew_rad_per_s", &s.slew.max_rad_per_s, "the same for rotation", {0, 1000}},
       }};
 }
 

@@ -12,6 +12,7 @@
 #include "core/geometry/camera.hpp"
 #include "core/odometry/trajectory_odometry.hpp"
 #include "core/pipeline/back_end.hpp"
+#include "core/pipeline/slew.hpp"
 
 namespace loopsift {
 
@@ -49,6 +50,7 @@ struct LcmSettings {
   std::string prefix;             ///< put before every channel name
   double map_rate_mib_s = 16;     ///< at most, for the map's chunks
   double max_command_age_s = 10;  ///< how far a command's time may be from this host's clock; 0: any
+  SlewOptions slew;               ///< of POSE after a correction
 };
 
 struct MemorySettings {
