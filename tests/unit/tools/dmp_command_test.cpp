@@ -37,8 +37,8 @@ TEST_F(DmpCommand, TheTruthIsBetterThanDrift) {
   EXPECT_GT(truth["dmp"], 0.0);
   EXPECT_LT(truth["dmp"], drift["dmp"]);
   EXPECT_EQ(truth["views"], 16 * 3);
-  EXPECT_GT(truth["valid_pixels"], 16 * 3 * 80 * 60 / 2);
-  EXPECT_LE(truth["valid_pixels"], 16 * 3 * 80 * 60);
+  EXPECT_GT(truth["valid_pixels"], 16 * 3 * 40 * 30 / 2);
+  EXPECT_LE(truth["valid_pixels"], 16 * 3 * 40 * 30);
   EXPECT_EQ(dmp_of(path("gt.txt"), {"--views", "1"})["views"], 16);
 }
 
