@@ -51,12 +51,15 @@ class SubscriberTest : public ::testing::Test {
 /// What the program would hear.
 class CommandLog {
  public:
-  explicit CommandLog(lcm::LCM& lcm) { lcm.subscribe("LOOPSIFT_COMMAND", &CommandLog::receive, this); }
+  explicit CommandLog(lcm::LCM& lcm) {
+    lcm.subscribeFunction("LOOPSIFT_COMMAND", &CommandLog::receive, this);
+  }
   std::vector<command_t> commands;
 
  private:
-  void receive(const lcm::ReceiveBuffer* /*buffer*/, const std::string& /*channel*/, const command_t* m) {
-    commands.push_back(*m);
+  static void receive(const lcm::ReceiveBuffer* /*buffer*/, const std::string& /*channel*/,
+                      const command_t* m, CommandLog* self) {
+    self->commands.push_back(*m);
   }
 };
 

@@ -93,6 +93,9 @@ class Subscriber {
  private:
   using Clock = std::chrono::steady_clock;
 
+  static void pass_on(const lcm::ReceiveBuffer* received, const std::string& channel, Subscriber* self) {
+    self->receive(received, channel);
+  }
   void receive(const lcm::ReceiveBuffer* received, const std::string& channel);
   template <class Message>
   bool decode_and_take(const lcm::ReceiveBuffer& received, bool (Subscriber::*take)(const Message&));

@@ -17,7 +17,7 @@ inline Subscriber::Subscriber(lcm::LCM& lcm, SubscriberOptions options)
                               "LOOPSIFT_ACK", "LOOPSIFT_FRAGMENT", "LOOPSIFT_GRAPH"}) {
     const std::string name = channel;
     if (!options_.want_map && (name == "LOOPSIFT_FRAGMENT" || name == "LOOPSIFT_GRAPH")) continue;
-    subscriptions_.push_back(lcm_.subscribe(options_.prefix + name, &Subscriber::receive, this));
+    subscriptions_.push_back(lcm_.subscribeFunction(options_.prefix + name, &Subscriber::pass_on, this));
     subscriptions_.back()->setQueueCapacity(kQueued);
   }
 }
