@@ -54,6 +54,7 @@ Status write_redwood_graph(const std::string& stem, const PoseGraph& graph) {
   const auto count = static_cast<int>(graph.nodes.size());
   std::vector<LogRecord> poses, edges;
   std::vector<InfoRecord> infos;
+  poses.reserve(graph.nodes.size());
   for (int k = 0; k < count; ++k)
     poses.push_back({k, k, k + 1, graph.T_map_node[static_cast<std::size_t>(k)]});
   for (const auto* list : {&graph.odometry, &graph.loops})
