@@ -13,6 +13,13 @@ using Json = nlohmann::ordered_json;
 
 Json or_null(const std::optional<std::int64_t>& value) { return value ? Json(*value) : Json(nullptr); }
 
+/// The durations that 0, 5, … 100 % of the records do not exceed: what a picture of the distribution needs.
+Json quantiles_json(const LatencyHistogram& h) {
+  Json json = Json::array();
+  for (int percent = 0; percent <= 100; percent += 5) json.push_back(h.percentile_ms(0.01 * percent));
+  return json;
+}
+
 Json latency_json(const RunFigures& figures) {
   Json json = Json::object();
   for (std::size_t stage = 0; stage < kStageCount; ++stage) {
@@ -20,7 +27,8 @@ Json latency_json(const RunFigures& figures) {
     json[kStageNames[stage]] = {{"p50", h.percentile_ms(0.5)},
                                 {"p99", h.percentile_ms(0.99)},
                                 {"max", h.max_ms()},
-                                {"count", h.count()}};
+                                {"count", h.count()},
+                                {"quantiles", quantiles_json(h)}};
   }
   return json;
 }

@@ -124,7 +124,7 @@ TEST_F(Outputs, RunJsonHoldsEveryPublishedKey) {
   add("frames", "received dropped tracked lost");
   for (const char* stage : {"odometry", "fusion", "frame", "capture_to_pose", "proposal", "loop_solve",
                             "loop_score", "loop_test", "correction"})
-    add(std::string("latency_ms/") + stage, "p50 p99 max count");
+    add(std::string("latency_ms/") + stage, "p50 p99 max count quantiles");
   add("loops", "proposed scored tested accepted revoked dropped pending");
   add("dmp", "odometry final views");
   add("memory", "budget_bytes cap_bytes peak_rss_bytes fence_peak_bytes fence_refusals");
