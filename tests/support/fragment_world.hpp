@@ -4,6 +4,7 @@
 #pragma once
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <random>
 #include <vector>
@@ -15,16 +16,21 @@
 
 namespace loopsift::test {
 
+/// The camera that surfels are cast with, and score views unless they are said to be smaller.
+inline PinholeCamera view_camera() { return {80, 60, 72.5F, 72.5F, 39.5F, 29.5F}; }
+/// Half as large, as a run keeps its views.
+inline PinholeCamera small_view_camera() { return {40, 30, 36.25F, 36.25F, 19.5F, 14.5F}; }
+
 struct FragmentWorldOptions {
   int fragments = 7;
   int frames_per_fragment = 4;
+  int views_per_fragment = 2;          ///< evenly spread over its frames
+  PinholeCamera view = view_camera();  ///< of the score views
+  std::function<Se3(double)> path;     ///< T_world_camera at so many fragments; empty: a walk in a room
   Vector6d drift = (Vector6d() << 0.015, 0, 0.01, 0, 0.012, 0).finished();  ///< per fragment, (t, ω)
   double sigma_m = 0.01, sigma_rad = 0.005;  ///< claimed by the odometry, per frame
   double depth_noise_m = 0.004;              ///< of the views
 };
-
-/// The camera of score views, and the one that surfels are cast with.
-inline PinholeCamera view_camera() { return {80, 60, 72.5F, 72.5F, 39.5F, 29.5F}; }
 
 inline Matrix6d information_of(double sigma_m, double sigma_rad) {
   const double t = 1.0 / (sigma_m * sigma_m), w = 1.0 / (sigma_rad * sigma_rad);
@@ -90,6 +96,7 @@ class FragmentWorld {
 
   // Turns to the side and back within the walk, on a small round.
   [[nodiscard]] Se3 pose_at(double fragment) const {
+    if (options_.path) return options_.path(fragment);
     const double phase = 2.0 * 3.14159265358979 * fragment / options_.fragments;
     const double there_and_back = 0.5 * (1.0 - std::cos(phase));
     return shifted(0.4 * std::sin(phase), 0.1 * std::sin(phase), -0.4 * there_and_back, 1.9 * there_and_back);
@@ -108,7 +115,8 @@ class FragmentWorld {
     fragment.frames = Span<const FragmentFrame>(s.frames.data(), s.frames.size());
     fragment.surfels = {s.x,      s.y,      s.z,   s.nx,          s.ny,        s.nz,
                         s.radius, s.weight, s.rgb, s.first_frame, s.last_frame};
-    for (const int k : {0, options_.frames_per_fragment / 2}) add_view(k, &s);
+    for (int v = 0; v < options_.views_per_fragment; ++v)
+      add_view(v * options_.frames_per_fragment / options_.views_per_fragment, &s);
     fragment.views = Span<const ScoreView>(s.views.data(), s.views.size());
     fragments_.push_back(fragment);
     odometry_.push_back(fragment.T_odom_fragment);
@@ -136,7 +144,7 @@ class FragmentWorld {
     s->last_frame.push_back(s->first_frame.back());
   }
   void add_view(int k, Stores* s) {
-    const PinholeCamera camera = view_camera();
+    const PinholeCamera& camera = options_.view;
     const Se3& T_fragment_camera = s->frames[static_cast<std::size_t>(k)].T_fragment_camera;
     std::normal_distribution<double> noise(0.0, options_.depth_noise_m);
     std::vector<float> depth;
