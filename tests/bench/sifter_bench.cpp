@@ -48,6 +48,45 @@ void gallery(benchmark::State& state) {
   sift(Building::kGallery, static_cast<int>(state.range(0)), static_cast<int>(state.range(1)), &state);
 }
 
+// An online run in small: 40 fragments one after the other, each with its loops and at most 256 steps, up to
+// the number asked for. Then the same by the batch algorithm. Errors and DMP (the plain, published sum over
+// all views) of the published map.
+void online(benchmark::State& state) {
+  constexpr int kFragments = 40, kCount = 200, kTrue = 30, kStepsPerFragment = 256;
+  const int until = static_cast<int>(state.range(0));
+  const FragmentWorld world =
+      test::make_building(Building::kGallery, kFragments, 2, test::small_view_camera());
+  const std::vector<Loop> loops = test::candidate_loops(world, kCount, kTrue);
+  const test::InArena<MapScorer> scorer(test::posterior_for(world));
+  const test::InArena<Sifter> sifter(SifterOptions{}, std::ref(*scorer));
+  const auto count = [&](const char* name) {
+    const std::vector<Se3> poses = fragment_poses(sifter->graph(), sifter->T_map_node());
+    const std::string prefix(name);
+    state.counters[prefix + "_rmse_m"] = world.rmse_m(poses);
+    state.counters[prefix + "_dmp"] = scorer->score(poses, ScoreKind::kPlain).value;
+    state.counters[prefix + "_accepted"] = static_cast<double>(sifter->accepted().size());
+  };
+  PoseGraph graph;
+  for (auto _ : state) {
+    for (int f = 0; f < until; ++f) {
+      const Fragment& fragment = world.fragments()[static_cast<std::size_t>(f)];
+      if (!scorer->add(fragment)) std::abort();
+      append_fragment(f == 0 ? nullptr : &fragment - 1, fragment, 2, &graph);
+      sifter->set_graph(graph, f);
+      for (const Loop& loop : loops)
+        if (loop.j.value == f) sifter->add({&loop, 1});
+      (void)sifter->work(kStepsPerFragment);
+    }
+  }
+  const std::vector<Se3> odometry(world.odometry().begin(), world.odometry().begin() + until);
+  state.counters["fragments"] = until;
+  state.counters["odometry_rmse_m"] = world.rmse_m(odometry);
+  state.counters["odometry_dmp"] = scorer->score(odometry, ScoreKind::kPlain).value;
+  count("online");
+  if (!sifter->finish()) std::abort();
+  count("batch");
+}
+
 void sizes(benchmark::internal::Benchmark* benchmark) {
   benchmark->ArgNames({"fragments", "loops"})->Iterations(1)->Unit(benchmark::kSecond);
   for (const int fragments : {20, 50, 100, 200}) benchmark->Args({fragments, 200});
@@ -56,6 +95,7 @@ void sizes(benchmark::internal::Benchmark* benchmark) {
 
 BENCHMARK(room)->Apply(sizes);
 BENCHMARK(gallery)->Apply(sizes);
+BENCHMARK(online)->ArgName("fragments")->DenseRange(2, 40, 2)->Iterations(1)->Unit(benchmark::kSecond);
 
 }  // namespace
 }  // namespace loopsift

@@ -70,12 +70,13 @@ class FragmentWorld {
     made.information = information_of(0.01, 0.009);
     return made;
   }
-  /// Root mean square distance of fragments from where they truly are; the first one is where it is.
+  /// Root mean square distance of these first fragments from where they truly are; the first one is where it
+  /// is.
   [[nodiscard]] double rmse_m(const std::vector<Se3>& T_map_fragment) const {
     double sum = 0;
-    for (std::size_t f = 0; f < truth_.size(); ++f)
+    for (std::size_t f = 0; f < T_map_fragment.size(); ++f)
       sum += (T_map_fragment[f].translation() - truth_[f].translation()).squaredNorm();
-    return std::sqrt(sum / static_cast<double>(truth_.size()));
+    return std::sqrt(sum / static_cast<double>(T_map_fragment.size()));
   }
   [[nodiscard]] PoseGraph graph(int keyframes = 2) const {
     PoseGraph made;
