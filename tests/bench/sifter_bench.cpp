@@ -29,6 +29,9 @@ void sift(Building building, int fragments, int count, benchmark::State* state) 
   state->counters["loops"] = count;
   state->counters["cpu_s"] = 1e-3 * took;
   state->counters["ms_per_loop"] = took / count;
+  std::vector<double> views;
+  for (const SiftedLoop& record : sifter.records()) views.push_back(record.views);
+  state->counters["views_p50"] = test::percentile(views, 0.5);
   state->counters["tested"] = static_cast<double>(sifter.counts().tested);
   state->counters["score_p50_ms"] = sifter.score_times().percentile_ms(0.5);
   state->counters["test_p50_ms"] = sifter.test_times().percentile_ms(0.5);
