@@ -92,7 +92,12 @@ struct BackParts {
       : store({8, 200000, 64, 64, 4800}, arena),
         back_end(options(), arena),
         publisher(silent(), arena),
-        worker(back_end, store, publisher, arena, {heap_bytes, nullptr, {}}) {}
+        worker(back_end, store, publisher, arena, limited(heap_bytes)) {}
+  static BackWorkerOptions limited(std::int64_t heap_bytes) {
+    BackWorkerOptions made;
+    made.heap_bytes = heap_bytes;
+    return made;
+  }
   static BackEndOptions options() {
     BackEndOptions made;
     made.posterior.max_fragments = made.proposal.max_fragments = 8;

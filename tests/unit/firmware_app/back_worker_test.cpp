@@ -25,6 +25,7 @@ BackEndOptions options() {
   made.propose = false;  // loops are handed in: what is tested here are the threads
   made.calibrate_odometry = false;
   made.posterior.max_fragments = made.proposal.max_fragments = 8;
+  made.posterior.max_view_width = 80, made.posterior.max_view_height = 60;
   return made;
 }
 

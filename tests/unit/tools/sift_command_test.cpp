@@ -200,7 +200,9 @@ TEST_F(SiftCommand, AGraphOfAnotherRecording) {
 }
 
 TEST_F(SiftCommand, WhatATimeLimitLeavesIsReported) {
-  std::vector<Se3> motions(20, true_motion(kTrueI, kTrueJ));
+  std::vector<Se3> motions;
+  for (int k = 0; k < 20; ++k)
+    motions.push_back(true_motion(kTrueI, kTrueJ) * Se3::exp(Vector6d::Constant(1e-4 * k)));
   write_loops_of(motions);
   const DeskOutcome outcome = run_desk(with(line(), "--time-limit", "0.000001"));
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;

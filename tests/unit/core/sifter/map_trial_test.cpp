@@ -24,7 +24,8 @@ struct Trial {
     trial.set_graph(graph);
   }
   Arena arena{1 << 20};
-  SolverWorkspace workspace{&arena, {40, 240}};
+  SolverLimits limits{40, 240};
+  SolverWorkspace workspace{&arena, limits};
   MapTrial trial;
 };
 
@@ -88,7 +89,8 @@ TEST(MapTrial, AGraphTooLargeForTheFastSolverIsSolvedAllTheSame) {
   const PoseGraph graph = world.graph();
   Trial t(sifting, graph, ScoreKind::kPosterior);
   Arena arena{1 << 20};
-  SolverWorkspace small(&arena, {4, 24});
+  const SolverLimits too_small{4, 24};
+  SolverWorkspace small(&arena, too_small);
   MapTrial by_ceres(*sifting.scorer, ScoreKind::kPosterior, {}, small);
   by_ceres.set_graph(graph);
   const std::vector<Edge> edges = frame_loops(graph, world.loop(0, 0, 6));
