@@ -112,7 +112,8 @@ TEST(SynthSource, WrongScenesAndKeysAreNamed) {
   EXPECT_THAT(error("rom"), HasSubstr("'rom'"));
   EXPECT_THAT(error(""), HasSubstr("lookalike"));
   EXPECT_THAT(error("room?fps=3"), HasSubstr("'fps'"));
-  EXPECT_THAT(error("room?fps=3"), HasSubstr("frames, laps, noise, distortion, seed, width, height, rate, color"));
+  EXPECT_THAT(error("room?fps=3"),
+              HasSubstr("frames, laps, noise, distortion, seed, width, height, rate, color"));
   EXPECT_THAT(error("room?frames=0"), HasSubstr("frames=0"));
   EXPECT_THAT(error("room?frames=2.5"), HasSubstr("whole number"));
   EXPECT_THAT(error("room?frames=ten"), HasSubstr("frames=ten"));
