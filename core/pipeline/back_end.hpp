@@ -59,7 +59,8 @@ class BackEnd {
   [[nodiscard]] const PoseGraph& calibrated_graph() const { return calibrated_graph_; }
   [[nodiscard]] int fragment_count() const { return static_cast<int>(fragments_.size()); }
   [[nodiscard]] int fragments_left_out() const { return fragments_left_out_; }
-  /// Fragments whose registration ran out of the memory that the thread is allowed (core/base/heap_watch.hpp).
+  /// Fragments whose registration ran out of the memory that the thread is allowed
+  /// (core/base/heap_watch.hpp).
   [[nodiscard]] int registrations_refused() const { return registrations_refused_; }
   /// Pose of each fragment in the best map.
   [[nodiscard]] std::vector<Se3> T_map_fragment() const;

@@ -93,7 +93,8 @@ class MapScorer {
   /// not. Returns the map's score as it was against the reference before; view_values as in score().
   double set_reference(Span<const Se3> T_map_fragment, ScoreKind kind = ScoreKind::kPosterior,
                        Span<float> view_values = {});
-  /// There is a second reference, put aside: exchanges the two, and makes the one put aside the same as the one in use.
+  /// There is a second reference, put aside: exchanges the two, and makes the one put aside the same as the
+  /// one in use.
   void swap_references();
   void copy_reference();
 
