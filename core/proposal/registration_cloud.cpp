@@ -46,7 +46,8 @@ void VoxelThinner::thin(const SurfelSpan& surfels, RegistrationCloud* cloud) {
   std::fill(slots_.begin(), slots_.end(), Slot());
   weights_.clear();
   cloud->clear();
-  cloud->reserve(static_cast<std::size_t>(options_.max_points));  // whatever comes after, both lists stay alike
+  cloud->reserve(
+      static_cast<std::size_t>(options_.max_points));  // whatever comes after, both lists stay alike
   point_count_ = 0;
   const float inverse_voxel = 1.0F / options_.voxel_m;
   constexpr float kFarthestVoxel = 1e9F;
