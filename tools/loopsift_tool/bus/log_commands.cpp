@@ -31,6 +31,7 @@ int become(const std::vector<std::string>& command, bool print) {
     return kExitDone;
   }
   std::vector<char*> arguments;
+  arguments.reserve(command.size() + 1);
   for (const std::string& word : command) arguments.push_back(const_cast<char*>(word.c_str()));
   arguments.push_back(nullptr);
   execvp(arguments[0], arguments.data());
