@@ -176,9 +176,7 @@ void Sifter::test(std::size_t k) {
   Records accepted = accepted_before(record.rank);
   go_to(accepted);
   const std::int64_t start = steady_now_ns();
-  std::uint64_t set = kNoLoops;
-  for (const std::size_t a : accepted) set = with_loop(set, loops_[a].loop.id);
-  record.tested_on = set;
+  record.tested_on = name_of(accepted);
   record.best_score_before = best_score_;
   ++counts_.tested;
   std::vector<Edge> edges = frame_loops_of(accepted);
@@ -229,8 +227,7 @@ ViewComparison Sifter::compare_with_best(const TrialMap& map, bool stop_early) {
 void Sifter::review() {
   const Records accepted = accepted_before(static_cast<int>(loops_.size()));
   go_to(accepted);
-  std::uint64_t set = kNoLoops;
-  for (const std::size_t k : accepted) set = with_loop(set, loops_[k].loop.id);
+  const std::uint64_t set = name_of(accepted);
   if (set != reviewed_set_) {
     reviewed_set_ = set;
     review_left_ = accepted.size();
@@ -251,11 +248,8 @@ void Sifter::publish() {
   const Records accepted = accepted_before(static_cast<int>(loops_.size()));
   go_to(accepted);
   for (const std::size_t k : published_accepted_) loops_[k].published = false;
-  published_set_ = kNoLoops;
-  for (const std::size_t k : accepted) {
-    loops_[k].published = true;
-    published_set_ = with_loop(published_set_, loops_[k].loop.id);
-  }
+  for (const std::size_t k : accepted) loops_[k].published = true;
+  published_set_ = name_of(accepted);
   for (const std::size_t k : published_accepted_) counts_.revoked += loops_[k].published ? 0 : 1;
   published_accepted_ = accepted;
   published_ = best_;
@@ -335,6 +329,12 @@ Sifter::Records Sifter::accepted_before(int rank) const {
     if (stands(loops_[k])) accepted.push_back(k);
   }
   return accepted;
+}
+
+std::uint64_t Sifter::name_of(const Records& records) const {
+  std::uint64_t set = kNoLoops;
+  for (const std::size_t k : records) set = with_loop(set, loops_[k].loop.id);
+  return set;
 }
 
 void Sifter::append_edges(const Loop& loop, std::vector<Edge>* edges) const {

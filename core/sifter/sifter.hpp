@@ -112,6 +112,7 @@ class Sifter {
   [[nodiscard]] bool in_map(const Loop& loop) const;
   [[nodiscard]] bool is_known(const Loop& loop) const;
   [[nodiscard]] Records accepted_before(int rank) const;
+  [[nodiscard]] std::uint64_t name_of(const Records& records) const;
 
   void score_alone(std::size_t record);
   void test(std::size_t record);
