@@ -8,8 +8,8 @@
 #include <cstring>
 #include <vector>
 
-#include "drivers/replay/decoder_memory.hpp"
-#include "drivers/replay/jpeg_decoder.hpp"
+#include "drivers/codec/decoder_memory.hpp"
+#include "drivers/codec/jpeg_decoder.hpp"
 
 namespace loopsift {
 namespace {

@@ -11,7 +11,7 @@
 
 #include "drivers/frame_source.hpp"
 #include "drivers/replay/image_file.hpp"
-#include "drivers/replay/inflater.hpp"
+#include "drivers/codec/inflater.hpp"
 
 namespace loopsift {
 

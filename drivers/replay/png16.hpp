@@ -11,7 +11,7 @@
 #include "core/base/result.hpp"
 #include "core/base/span.hpp"
 #include "core/geometry/image.hpp"
-#include "drivers/replay/inflater.hpp"
+#include "drivers/codec/inflater.hpp"
 
 namespace loopsift {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "drivers/replay/decoder_memory.hpp"
+#include "drivers/codec/decoder_memory.hpp"
 
 #include <memory>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "drivers/replay/jpeg_decoder.hpp"
+#include "drivers/codec/jpeg_decoder.hpp"
 
 #include <cstdio>  // jpeglib.h wants it
 
@@ -12,7 +12,7 @@
 #include <cstring>
 #include <type_traits>
 
-#include "drivers/replay/decoder_memory.hpp"
+#include "drivers/codec/decoder_memory.hpp"
 
 // libjpeg leaves these two to its memory manager: an array of rows that is all in memory.
 struct jvirt_sarray_control {

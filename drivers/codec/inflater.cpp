@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "drivers/replay/inflater.hpp"
+#include "drivers/codec/inflater.hpp"
 
 namespace loopsift {
 
