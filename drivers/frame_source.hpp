@@ -11,6 +11,7 @@
 #include "core/base/result.hpp"
 #include "core/geometry/camera.hpp"
 #include "core/geometry/raw_frame.hpp"
+#include "drivers/openni2/openni2_options.hpp"
 
 namespace loopsift {
 
@@ -41,6 +42,7 @@ struct SourceOptions {
   bool want_color = true;
   double rate_hz = 0;      ///< nominal frame rate of recordings without time stamps
   std::uint64_t seed = 1;  ///< noise of synthetic sources
+  OpenNi2Options openni2;
 };
 
 class FrameSource {

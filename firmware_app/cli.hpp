@@ -5,7 +5,7 @@
 #include <string>
 
 #include "core/base/result.hpp"
-#include "core/pipeline/settings.hpp"
+#include "firmware_app/settings.hpp"
 
 namespace loopsift {
 

@@ -18,10 +18,10 @@
 #include "core/base/result.hpp"
 #include "core/fragment/fragment_store.hpp"
 #include "core/pipeline/run_figures.hpp"
-#include "core/pipeline/settings.hpp"
 #include "core/posegraph/pose_graph.hpp"
 #include "firmware_app/publisher_records.hpp"
 #include "firmware_app/run_health.hpp"
+#include "firmware_app/settings.hpp"
 #include "firmware_app/thread_monitor.hpp"
 
 namespace loopsift {

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <string>
 
-#include "core/pipeline/settings.hpp"
+#include "firmware_app/settings.hpp"
 #include "firmware_app/thread_monitor.hpp"
 
 namespace loopsift {

@@ -41,14 +41,6 @@ std::size_t heap_region_bytes(const Settings& settings) {
   return mebibytes(settings.memory.back_heap_mib) / 4 * 5;
 }
 
-SourceOptions source_options(const Settings& settings) {
-  SourceOptions options;
-  options.camera = settings.camera.model;
-  options.depth_scale = settings.camera.depth_scale;
-  options.rate_hz = settings.replay.rate_hz;
-  return options;
-}
-
 FrameQueueOptions queue_options(const Settings& settings) {
   FrameQueueOptions options;
   options.realtime = settings.run.rate == Rate::kRealtime;
@@ -361,7 +353,7 @@ Status Run::write(double started_s) {
 
 std::optional<Failure> plan_memory(const Settings& settings, MemoryBudget* budget) {
   const std::string uri = settings.run.source.empty() ? kUsualSource : settings.run.source;
-  const auto source = open_source(uri, source_options(settings));
+  const auto source = open_source(uri, settings.source);
   if (!source.ok()) return Failure{Phase::kSourceOpen, source.error()};
   MemoryPlan plan;
   std::optional<Failure> failure = measure(settings, **source, &plan);
@@ -372,7 +364,7 @@ std::optional<Failure> plan_memory(const Settings& settings, MemoryBudget* budge
 RunEnd run(const Settings& settings, RunControl& control, Progress* progress) {
   const double started_s = steady_seconds();
   limit_stacks();
-  auto source = open_source(settings.run.source, source_options(settings));
+  auto source = open_source(settings.run.source, settings.source);
   if (!source.ok()) return {Failure{Phase::kSourceOpen, source.error()}};
   auto odometry = open_odometry(settings);
   if (!odometry.ok()) return {Failure{Phase::kSourceOpen, odometry.error()}};

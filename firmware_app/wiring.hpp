@@ -5,10 +5,10 @@
 #include <optional>
 
 #include "core/base/memory_budget.hpp"
-#include "core/pipeline/settings.hpp"
 #include "firmware_app/failure.hpp"
 #include "firmware_app/progress.hpp"
 #include "firmware_app/run_control.hpp"
+#include "firmware_app/settings.hpp"
 
 namespace loopsift {
 

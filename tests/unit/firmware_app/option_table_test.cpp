@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The binding itself, on a small struct with a member of every type.
-#include "core/pipeline/option_table.hpp"
+#include "firmware_app/option_table.hpp"
 
 #include <gmock/gmock.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "core/pipeline/option_table.hpp"
+#include "firmware_app/option_table.hpp"
 
 #include <toml++/toml.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "core/pipeline/settings.hpp"
+#include "firmware_app/settings.hpp"
 
 #include <gmock/gmock.h>
 

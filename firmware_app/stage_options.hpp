@@ -9,7 +9,7 @@
 #include "core/fragment/front_end.hpp"
 #include "core/odometry/trajectory_odometry.hpp"
 #include "core/pipeline/back_end.hpp"
-#include "core/pipeline/option_table.hpp"
+#include "firmware_app/option_table.hpp"
 
 namespace loopsift {
 

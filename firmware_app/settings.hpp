@@ -13,6 +13,7 @@
 #include "core/odometry/trajectory_odometry.hpp"
 #include "core/pipeline/back_end.hpp"
 #include "core/pipeline/slew.hpp"
+#include "drivers/frame_source.hpp"
 
 namespace loopsift {
 
@@ -87,6 +88,7 @@ struct Settings {
   RunSettings run;
   CameraSettings camera;
   ReplaySettings replay;
+  SourceOptions source;  ///< the drivers' own sections; finalize() fills in the rest
   FrontEndOptions front_end;
   TrajectoryOdometryOptions trajectory_odometry;
   StoreOptions store;
@@ -103,9 +105,9 @@ struct Settings {
 [[nodiscard]] Expected<Settings> load_settings(const std::string& path,
                                                const std::vector<std::string>& assignments);
 
-/// Copies what one key says to every struct that needs it: the camera's depth range and noise to the stages,
-/// store.max_fragments to scorer and proposer, the size and number of views to the store. load_settings does
-/// it last; who fills a Settings by hand does it before use.
+/// Copies what one key says to every struct that needs it: the camera's model to the source, its depth range
+/// and noise to the stages, store.max_fragments to scorer and proposer, the size and number of views to the
+/// store. load_settings does it last; who fills a Settings by hand does it before use.
 void finalize(Settings* settings);
 
 /// Whether the views of this camera fit the scorer's; an Error of kUsage says which key to set to what.

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "core/pipeline/settings.hpp"
+#include "firmware_app/settings.hpp"
 
 #include <algorithm>
 
-#include "core/pipeline/option_table.hpp"
-#include "core/pipeline/stage_options.hpp"
+#include "firmware_app/driver_options.hpp"
+#include "firmware_app/option_table.hpp"
+#include "firmware_app/stage_options.hpp"
 
 namespace loopsift {
 namespace {
@@ -134,6 +135,7 @@ void append(OptionTable more, OptionTable* table) {
 /// In the order of the data's way through the program.
 OptionTable bind(Settings& s) {
   OptionTable table = {run_section(s.run), camera_section(s.camera), replay_section(s.replay)};
+  append(driver_sections(s.source), &table);
   append(front_end_sections(s.front_end, s.trajectory_odometry), &table);
   append({store_section(s.store)}, &table);
   append(back_end_sections(s.back_end), &table);
@@ -192,6 +194,9 @@ void finalize(Settings* settings) {
   OdometryOptions& odometry = s.front_end.odometry;
   FragmentOptions& fragment = s.front_end.fragment;
   PosteriorOptions& posterior = s.back_end.posterior;
+  s.source.camera = s.camera.model;
+  s.source.depth_scale = s.camera.depth_scale;
+  s.source.rate_hz = s.replay.rate_hz;
   frame.min_depth_m = posterior.min_depth_m = s.camera.min_depth_m;
   frame.max_depth_m = posterior.max_depth_m = s.camera.max_depth_m;
   odometry.noise_floor_m = fragment.noise_floor_m = s.camera.noise_floor_m;

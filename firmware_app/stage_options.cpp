@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "core/pipeline/stage_options.hpp"
+#include "firmware_app/stage_options.hpp"
 
 namespace loopsift {
 namespace {

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+#include "firmware_app/driver_options.hpp"
+
+namespace loopsift {
+namespace {
+
+OptionSection openni2_section(OpenNi2Options& o) {
+  constexpr OptionRange kDeviceUnits{0, 65535};
+  return {
+      "openni2",
+      "Cameras through OpenNI2 (docs/drivers.md). The image size is camera.width and height, or 640 x 480.",
+      {
+          {"rate_hz", &o.rate_hz, "frames per second of both images", {1, 240}},
+          {"fine_depth", &o.fine_depth, "depth in steps of 0.1 mm, up to 6.5 m; else of 1 mm"},
+          {"color", &o.color, "read the colour camera as well"},
+          {"registration", &o.registration, "move depth to where the colour camera sees it, if it can"},
+          {"frame_sync", &o.frame_sync, "take depth and colour at the same time, if it can"},
+          {"auto_exposure", &o.auto_exposure, "of the colour camera"},
+          {"auto_white_balance", &o.auto_white_balance, "of the colour camera"},
+          {"exposure", &o.exposure, "without auto_exposure; 0: as the device has it", kDeviceUnits},
+          {"gain", &o.gain, "without auto_exposure; 0: as the device has it", kDeviceUnits},
+          {"record_path", &o.record_path, "also record what is read to this .oni file; empty: do not"},
+      }};
+}
+
+}  // namespace
+
+OptionTable driver_sections(SourceOptions& options) { return {openni2_section(options.openni2)}; }
+
+}  // namespace loopsift

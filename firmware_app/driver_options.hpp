@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: MIT
+// The keys of the drivers' options, a section each.
+#pragma once
+#include "drivers/frame_source.hpp"
+#include "firmware_app/option_table.hpp"
+
+namespace loopsift {
+
+/// Binds the options of every driver, also of those that this build has not.
+[[nodiscard]] OptionTable driver_sections(SourceOptions& options);
+
+}  // namespace loopsift
