@@ -16,7 +16,7 @@ enum class RunState : std::uint8_t {
   kStarting,   ///< no frame has come yet
   kTracking,   ///< the newest frame has a pose
   kLost,       ///< frames come, but the newest could not be tracked
-  kNoSource,   ///< the source has given no frame for longer than watchdog.no_source_s
+  kNoSource,   ///< the camera is lost, or has given no frame for longer than watchdog.no_source_s
   kFinishing,  ///< the source ended or a stop was asked for; the last loops are sifted and files are written
 };
 inline constexpr std::array<const char*, 5> kRunStateNames = {"starting", "tracking", "lost", "no source",

@@ -60,6 +60,26 @@ OptionSection replay_section(ReplaySettings& s) {
           }};
 }
 
+OptionSection source_section(RetryOptions& s) {
+  constexpr OptionRange kMilliseconds{1, 1e6};
+  return {
+      "source",
+      "Cameras that are not there, or are lost while a run goes on. Recordings are never opened again.",
+      {
+          {"first_retry_limit", &s.first_retry_limit, "tries more to open a camera at the start", {0, 1e6}},
+          {"retry_limit",
+           &s.retry_limit,
+           "tries in a row, without a frame, until a lost camera is given up; 0: at once; -1: never",
+           {-1, 1e6}},
+          {"retry_first_ms", &s.retry_first_ms, "before the first try; doubles with each …", kMilliseconds},
+          {"retry_max_ms", &s.retry_max_ms, "… up to this", kMilliseconds},
+          {"stall_periods",
+           &s.stall_periods,
+           "frame periods without a frame, then a camera is closed and opened again; 0: never",
+           {0, 1e6}},
+      }};
+}
+
 OptionSection lcm_section(LcmSettings& s) {
   return {
       "lcm",
@@ -134,7 +154,8 @@ void append(OptionTable more, OptionTable* table) {
 
 /// In the order of the data's way through the program.
 OptionTable bind(Settings& s) {
-  OptionTable table = {run_section(s.run), camera_section(s.camera), replay_section(s.replay)};
+  OptionTable table = {run_section(s.run), camera_section(s.camera), source_section(s.retry),
+                       replay_section(s.replay)};
   append(driver_sections(s.source), &table);
   append(front_end_sections(s.front_end, s.trajectory_odometry), &table);
   append({store_section(s.store)}, &table);

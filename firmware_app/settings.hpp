@@ -14,6 +14,7 @@
 #include "core/pipeline/back_end.hpp"
 #include "core/pipeline/slew.hpp"
 #include "drivers/frame_source.hpp"
+#include "firmware_app/retry_options.hpp"
 
 namespace loopsift {
 
@@ -88,6 +89,7 @@ struct Settings {
   RunSettings run;
   CameraSettings camera;
   ReplaySettings replay;
+  RetryOptions retry;
   SourceOptions source;  ///< the drivers' own sections; finalize() fills in the rest
   FrontEndOptions front_end;
   TrajectoryOdometryOptions trajectory_odometry;

@@ -44,7 +44,8 @@ void Supervisor::ready() { service_.notify("READY=1"); }
 RunState Supervisor::state(std::int64_t now_ns) const {
   if (finishing_) return RunState::kFinishing;
   const FrontStatus& front = view_.front.status();
-  if (seconds(view_.source.waiting_ns(now_ns)) > settings_.watchdog.no_source_s) return RunState::kNoSource;
+  if (view_.source.away() || seconds(view_.source.waiting_ns(now_ns)) > settings_.watchdog.no_source_s)
+    return RunState::kNoSource;
   if (front.frames == 0) return RunState::kStarting;
   return front.newest_lost ? RunState::kLost : RunState::kTracking;
 }

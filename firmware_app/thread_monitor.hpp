@@ -63,6 +63,8 @@ class ThreadTenure {
   ThreadTenure& operator=(const ThreadTenure&) = delete;
   /// From now on the thread makes no heap call. May be called again.
   void seal_heap();
+  /// Until seal_heap() it may: a device was opened anew.
+  void unseal_heap() { seal_.reset(); }
 
  private:
   ThreadMonitor* monitor_;

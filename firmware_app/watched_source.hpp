@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 // A source as the watchdog sees it: each read is a piece of work of the capture thread, which is sealed after
-// its first frame (until then decoders and devices may still take memory).
+// the first frame of each opening (until then decoders and devices may still take memory).
 #pragma once
 #include <atomic>
 #include <cstdint>
 
 #include "core/base/steady_time.hpp"
 #include "drivers/frame_source.hpp"
+#include "firmware_app/supervised_source.hpp"
 #include "firmware_app/thread_monitor.hpp"
 
 namespace loopsift {
@@ -14,7 +15,7 @@ namespace loopsift {
 class WatchedSource final : public FrameSource {
  public:
   /// Both must outlive this.
-  WatchedSource(FrameSource& source, ThreadMonitor& monitor) : source_(source), monitor_(monitor) {}
+  WatchedSource(SupervisedSource& source, ThreadMonitor& monitor) : source_(source), monitor_(monitor) {}
 
   [[nodiscard]] const SourceInfo& info() const override { return source_.info(); }
   [[nodiscard]] const std::string& message() const override { return source_.message(); }
@@ -22,6 +23,7 @@ class WatchedSource final : public FrameSource {
   ReadStatus read(RawFrame& frame, int timeout_ms) override {
     const WorkSpan span(&monitor_);
     if (waiting_since_ns_ == 0) waiting_since_ns_ = steady_now_ns();
+    if (source_.warming() && tenure_ != nullptr) tenure_->unseal_heap();
     const ReadStatus status = source_.read(frame, timeout_ms);
     if (status == ReadStatus::kFrame) waiting_since_ns_ = 0;
     if (status == ReadStatus::kFrame && tenure_ != nullptr) tenure_->seal_heap();
@@ -34,12 +36,15 @@ class WatchedSource final : public FrameSource {
     return since == 0 || now_ns < since ? 0 : now_ns - since;
   }
 
+  /// Whether a camera is lost, or open again without a frame. Any thread.
+  [[nodiscard]] bool away() const { return source_.away(); }
+
   /// Capture thread: its tenure, for as long as it reads.
   void begin(ThreadTenure* tenure) { tenure_ = tenure; }
   void end() { tenure_ = nullptr; }
 
  private:
-  FrameSource& source_;
+  SupervisedSource& source_;
   ThreadMonitor& monitor_;
   ThreadTenure* tenure_ = nullptr;
   std::atomic<std::int64_t> waiting_since_ns_{0};

@@ -23,6 +23,7 @@
 #include "firmware_app/front_loop.hpp"
 #include "firmware_app/publisher.hpp"
 #include "firmware_app/realtime.hpp"
+#include "firmware_app/supervised_source.hpp"
 #include "firmware_app/supervisor.hpp"
 #include "firmware_app/watched_source.hpp"
 
@@ -73,7 +74,7 @@ struct Shared {
 
 /// Everything that lives in the arena, made once to measure and once for the run.
 struct Parts {
-  Parts(const Settings& settings, FrameSource& frame_source, TrajectoryOdometry* given, Shared& shared,
+  Parts(const Settings& settings, SupervisedSource& frame_source, TrajectoryOdometry* given, Shared& shared,
         Arena& arena)
       : source(frame_source, shared[ThreadRole::kCapture]),
         queue(source, queue_options(settings), arena),
@@ -129,7 +130,7 @@ void add_process_rows(const Settings& settings, MemoryBudget* budget) {
   budget->add("back/heap", 1, heap_region_bytes(settings));
 }
 
-std::optional<Failure> measure(const Settings& settings, FrameSource& source, MemoryPlan* plan) {
+std::optional<Failure> measure(const Settings& settings, SupervisedSource& source, MemoryPlan* plan) {
   if (const Status fits = check_views(settings, source.info().camera); !fits.ok())
     return Failure{Phase::kSettings, fits.error()};
   Arena measuring;
@@ -206,8 +207,8 @@ void collect(const Parts& parts, const Shared& shared, RunFigures* figures) {
 /// where it is.
 class Run {
  public:
-  Run(const Settings& settings, std::unique_ptr<FrameSource> source, std::optional<TrajectoryOdometry> given,
-      const MemoryPlan& plan)
+  Run(const Settings& settings, std::unique_ptr<SupervisedSource> source,
+      std::optional<TrajectoryOdometry> given, const MemoryPlan& plan)
       : settings_(settings),
         source_(std::move(source)),
         given_(std::move(given)),
@@ -220,8 +221,8 @@ class Run {
 
   std::optional<Failure> go(RunControl& control, Progress& progress);
   [[nodiscard]] Status write(double started_s);
-  /// Whether the back thread, or the one that waits for the device, could not be ended.
-  [[nodiscard]] bool thread_left_behind() const { return !capture_joined_ || !back_joined_; }
+  /// Whether the back thread, or one of those that wait for the device, could not be ended.
+  [[nodiscard]] bool thread_left_behind() const { return !source_ended_ || !back_joined_; }
 
  private:
   void prepare();
@@ -231,14 +232,14 @@ class Run {
 
   Settings settings_;
   Shared shared_;
-  std::unique_ptr<FrameSource> source_;
+  std::unique_ptr<SupervisedSource> source_;
   std::optional<TrajectoryOdometry> given_;
   Arena arena_;
   Parts parts_;
   std::thread capture_, front_;
   Semaphore front_ended_;
   ReadStatus source_status_ = ReadStatus::kEnd;
-  bool capture_joined_ = false, back_joined_ = false;
+  bool source_ended_ = false, back_joined_ = false;
 };
 
 /// What must be asked of the system before the threads start, and after all parts were made: what they took
@@ -259,6 +260,7 @@ void Run::start_threads(RunControl& control) {
     parts_.queue.run();
     parts_.source.end();
   });
+  source_->start();
   parts_.back_worker.start();
   front_ = std::thread([this, &control] {
     {
@@ -326,7 +328,7 @@ void Run::wait_for_capture() {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   if (shared_[ThreadRole::kCapture].running()) return;
   capture_.join();
-  capture_joined_ = true;
+  source_ended_ = source_->end(kPatience_ms);
 }
 
 Status Run::write(double started_s) {
@@ -353,10 +355,11 @@ Status Run::write(double started_s) {
 
 std::optional<Failure> plan_memory(const Settings& settings, MemoryBudget* budget) {
   const std::string uri = settings.run.source.empty() ? kUsualSource : settings.run.source;
-  const auto source = open_source(uri, settings.source);
-  if (!source.ok()) return Failure{Phase::kSourceOpen, source.error()};
+  auto opened = open_source(uri, settings.source);
+  if (!opened.ok()) return Failure{Phase::kSourceOpen, opened.error()};
+  SupervisedSource source(std::move(*opened), nullptr, settings.retry);
   MemoryPlan plan;
-  std::optional<Failure> failure = measure(settings, **source, &plan);
+  std::optional<Failure> failure = measure(settings, source, &plan);
   *budget = std::move(plan.budget);
   return failure;
 }
@@ -364,17 +367,21 @@ std::optional<Failure> plan_memory(const Settings& settings, MemoryBudget* budge
 RunEnd run(const Settings& settings, RunControl& control, Progress* progress) {
   const double started_s = steady_seconds();
   limit_stacks();
-  auto source = open_source(settings.run.source, settings.source);
-  if (!source.ok()) return {Failure{Phase::kSourceOpen, source.error()}};
+  const SourceOpener open = [uri = settings.run.source, options = settings.source] {
+    return open_source(uri, options);
+  };
+  auto opened = open_patiently(open, settings.retry, control.stop);
+  if (!opened.ok()) return {Failure{Phase::kSourceOpen, opened.error()}};
+  auto source = std::make_unique<SupervisedSource>(std::move(*opened), open, settings.retry);
   auto odometry = open_odometry(settings);
   if (!odometry.ok()) return {Failure{Phase::kSourceOpen, odometry.error()}};
   MemoryPlan plan;
-  if (auto failure = measure(settings, **source, &plan)) return {failure};
+  if (auto failure = measure(settings, *source, &plan)) return {failure};
   spdlog::info("memory:\n{}", plan.budget.to_text(mebibytes(settings.memory.cap_mib)));
   if (!settings.run.out.empty())
     if (const Status made = make_folder(settings.run.out); !made.ok())
       return {Failure{Phase::kRun, made.error()}};
-  auto one = std::make_unique<Run>(settings, std::move(*source), std::move(*odometry), plan);
+  auto one = std::make_unique<Run>(settings, std::move(source), std::move(*odometry), plan);
   RunEnd end{one->go(control, *progress)};
   if (const Status written = one->write(started_s); !written.ok() && !end.failure)
     end.failure = Failure{Phase::kRun, written.error()};

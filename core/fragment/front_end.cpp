@@ -41,7 +41,7 @@ FrontEndResult FrontEnd::process(const RawFrame& raw) {
   const std::int64_t begin = now_ns();
   const Frame& frame = preprocessor_.process(raw);
   const std::int64_t preprocessed = now_ns();
-  const TrackingResult tracking = track(frame);
+  const TrackingResult tracking = track(frame, raw.session);
   keep_keyframe(frame, tracking);
   const std::int64_t tracked = now_ns();
   FrontEndResult result = integrate(frame, tracking);
@@ -59,9 +59,10 @@ FrontEndResult FrontEnd::process(const RawFrame& raw, const TrackingResult& give
   return result;
 }
 
-TrackingResult FrontEnd::track(const Frame& frame) {
+TrackingResult FrontEnd::track(const Frame& frame, std::int32_t session) {
   // A clock that was set back for good makes a new piece, once patience is at its end.
   const bool impatient = lost_frames_ > options_.lost_patience_frames;
+  const bool reopened = session != session_;
   if (frame.id.value > 0 && frame.timestamp_ns <= newest_timestamp_ns_ && !impatient) {
     TrackingResult refused;
     refused.reason = LostReason::kBadTime;
@@ -72,8 +73,10 @@ TrackingResult FrontEnd::track(const Frame& frame) {
   const Span<const Fragment> all = store_->fragments();
   const Span<const Fragment> piece(all.data() + piece_begin_, all.size() - piece_begin_);
   const bool no_model = builder_.empty() && piece.empty();
-  if (no_model || impatient) {
-    return odometry_.start(frame, odometry_.T_odom_camera());
+  if (no_model || impatient || reopened) {
+    const TrackingResult started = odometry_.start(frame, odometry_.T_odom_camera());
+    if (started.status == TrackingStatus::kFirst) session_ = session;
+    return started;
   }
   const ModelView& model = renderer_.render(piece, builder_.active().surfels(), builder_.T_odom_fragment(),
                                             odometry_.predict(frame.timestamp_ns));

@@ -47,7 +47,8 @@ class FrontEnd {
   /// camera and depth_unit_m are those of the raw depth images. The store must outlive this.
   FrontEnd(const PinholeCamera& camera, double depth_unit_m, const FrontEndOptions& options,
            FragmentStore* store, Arena& arena);
-  /// Tracks with the built-in odometry.
+  /// Tracks with the built-in odometry. A source that was opened anew (RawFrame::session) starts a new piece
+  /// of trajectory: nobody saw where the camera went.
   FrontEndResult process(const RawFrame& raw);
   /// Takes the pose from elsewhere (a file, a message).
   FrontEndResult process(const RawFrame& raw, const TrackingResult& given);
@@ -58,7 +59,7 @@ class FrontEnd {
   [[nodiscard]] const FragmentBuilder& builder() const { return builder_; }
 
  private:
-  TrackingResult track(const Frame& frame);
+  TrackingResult track(const Frame& frame, std::int32_t session);
   void keep_keyframe(const Frame& frame, const TrackingResult& tracking);
   FrontEndResult integrate(const Frame& frame, const TrackingResult& tracking);
 
@@ -73,6 +74,7 @@ class FrontEnd {
   std::size_t piece_begin_ = 0;  // first fragment of the current piece of trajectory
   std::int64_t newest_timestamp_ns_ = 0;
   int lost_frames_ = 0;
+  std::int32_t session_ = 0;  // RawFrame::session of the present piece
 };
 
 }  // namespace loopsift

@@ -14,7 +14,9 @@ namespace loopsift {
 struct RawFrame {
   std::int64_t timestamp_ns =
       0;  ///< device time of the depth image, nanoseconds; strictly increasing in a source
-  std::int64_t sequence = -1;    ///< the source's own frame number; gaps are frames lost before us
+  std::int64_t sequence = -1;  ///< the source's own frame number; gaps are frames lost before us
+  std::int32_t session =
+      0;  ///< how often the source was opened anew before; between two of them nothing was seen
   std::int64_t captured_ns = 0;  ///< steady host clock when the frame arrived, for capture-to-pose latency
   Span<std::uint16_t> depth_buffer;  ///< capacity: depth_camera.width × height
   Span<Rgb8> color_buffer;           ///< capacity: color width × height; empty when colour is not wanted
