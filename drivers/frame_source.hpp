@@ -10,6 +10,7 @@
 
 #include "core/base/result.hpp"
 #include "core/geometry/camera.hpp"
+#include "core/geometry/camera_calibration.hpp"
 #include "core/geometry/raw_frame.hpp"
 #include "drivers/openni2/openni2_options.hpp"
 
@@ -37,8 +38,10 @@ enum class ReadStatus {
 
 /// Settings that override what a source says about itself. Zero or empty: not overridden.
 struct SourceOptions {
-  PinholeCamera camera;    ///< any member that is not 0 replaces the source's own
-  double depth_scale = 0;  ///< raw units per metre
+  PinholeCamera camera;           ///< any member that is not 0 replaces the source's own
+  double depth_scale = 0;         ///< raw units per metre
+  CameraCalibration calibration;  ///< of the sensor; applied to the images of any source
+  std::string color_source;       ///< URI of another source that gives the colour; empty: the source's own
   bool want_color = true;
   double rate_hz = 0;      ///< nominal frame rate of recordings without time stamps
   std::uint64_t seed = 1;  ///< noise of synthetic sources

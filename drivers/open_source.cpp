@@ -4,7 +4,9 @@
 #include <array>
 #include <string_view>
 
+#include "drivers/assemble_source.hpp"
 #include "drivers/frame_source.hpp"
+#include "drivers/paired_source.hpp"
 #include "drivers/replay/replay_source.hpp"
 #include "drivers/synth/synth_source.hpp"
 
@@ -26,9 +28,7 @@ Parts split(const std::string& text) {
   return {text.substr(0, colon), colon < text.size() ? text.substr(colon + 1) : ""};
 }
 
-}  // namespace
-
-Expected<std::unique_ptr<FrameSource>> open_source(const std::string& uri, const SourceOptions& options) {
+Expected<std::unique_ptr<FrameSource>> open_driver(const std::string& uri, const SourceOptions& options) {
   const Parts parts = split(uri);
   if (parts.head == "replay") {
     const Parts format = split(parts.tail);
@@ -41,6 +41,19 @@ Expected<std::unique_ptr<FrameSource>> open_source(const std::string& uri, const
   }
   return Error{ErrorCode::kUsage, "source '" + uri + "': unknown kind '" + parts.head + "'; known are " +
                                       std::string(kAvailable)};
+}
+
+}  // namespace
+
+Expected<std::unique_ptr<FrameSource>> open_source(const std::string& uri, const SourceOptions& options) {
+  auto source = open_driver(uri, depth_options(options));
+  if (source.ok() && !options.color_source.empty()) {
+    auto color = open_driver(options.color_source, color_options(options));
+    if (!color) return Error{color.error().code, "camera.color_source: " + color.error().message};
+    source = PairedSource::create(std::move(*source), std::move(*color));
+  }
+  if (!source) return source.error();
+  return calibrate(std::move(*source), options.calibration);
 }
 
 }  // namespace loopsift
