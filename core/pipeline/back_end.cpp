@@ -93,12 +93,12 @@ Se3 BackEnd::T_map_odom() const {
 
 double BackEnd::dmp_odometry() const {
   const std::vector<Se3> poses = fragment_poses(graph_, graph_.T_map_node);
-  return scorer_.score(poses, ScoreKind::kPlain).value;
+  return scorer_.dmp(poses).value;
 }
 
 double BackEnd::dmp_final() const {
   const std::vector<Se3> poses = T_map_fragment();
-  return scorer_.score(poses, ScoreKind::kPlain).value;
+  return scorer_.dmp(poses).value;
 }
 
 }  // namespace loopsift

@@ -107,9 +107,12 @@ LOOPSIFT_SIMD void render_chunk(const float* x, const float* y, const float* z, 
   }
 }
 
-// False where the sphere lies wholly outside the view frustum (its four side planes, and the depth range).
-bool in_frustum(const Eigen::Vector3f& c, float r, const PinholeCamera& camera, const RenderView& range) {
-  if (c.z() + r < range.min_depth_m || c.z() - r > range.max_depth_m) return false;
+}  // namespace
+
+// The frustum's four side planes, and the depth range.
+bool in_sight(const Eigen::Vector3f& c, float r, const PinholeCamera& camera, float min_depth_m,
+              float max_depth_m) {
+  if (c.z() + r < min_depth_m || c.z() - r > max_depth_m) return false;
   const auto outside = [r](float along, float across, float f, float edge) {
     // Plane through the optical centre and the image edge at `edge` pixels from the principal point.
     return along * edge - across * f > r * std::sqrt(f * f + edge * edge);
@@ -119,8 +122,6 @@ bool in_frustum(const Eigen::Vector3f& c, float r, const PinholeCamera& camera, 
   return !outside(c.z(), c.x(), camera.fx, left) && !outside(-c.z(), -c.x(), camera.fx, right) &&
          !outside(c.z(), c.y(), camera.fy, top) && !outside(-c.z(), -c.y(), camera.fy, bottom);
 }
-
-}  // namespace
 
 void render_discs(const ScoreSurfels& surfels, const Se3& T_camera_fragment, const PinholeCamera& camera,
                   float min_depth_m, float max_depth_m, const ImageView<float>& inverse_depth) {
@@ -139,7 +140,7 @@ void render_discs(const ScoreSurfels& surfels, const Se3& T_camera_fragment, con
   Eigen::Map<Eigen::Matrix<float, 3, 3, Eigen::RowMajor>>{view.R} = T.R;
   Eigen::Map<Eigen::Vector3f>{view.t} = T.t;
   for (const SurfelChunk& chunk : surfels.chunks) {
-    if (!in_frustum(T * chunk.center, chunk.radius, camera, view)) continue;
+    if (!in_sight(T * chunk.center, chunk.radius, camera, min_depth_m, max_depth_m)) continue;
     const std::uint32_t o = chunk.begin;
     render_chunk(&surfels.x[o], &surfels.y[o], &surfels.z[o], &surfels.nx[o], &surfels.ny[o], &surfels.nz[o],
                  &surfels.radius[o], static_cast<int>(chunk.size), view, inverse_depth);

@@ -17,6 +17,15 @@ constexpr float kGrazingCosine = 0.17F;
 /// and uses the padding behind a row.
 [[nodiscard]] constexpr int padded_stride(int width) { return width + 8; }
 
+/// An image over `data`, of the camera's size and with such a stride.
+[[nodiscard]] inline ImageView<float> padded_image(float* data, const PinholeCamera& camera) {
+  return {data, camera.width, camera.height, padded_stride(camera.width)};
+}
+
+/// False where the sphere (centre in the camera frame) lies wholly outside the image or the range of depth.
+[[nodiscard]] bool in_sight(const Eigen::Vector3f& center, float radius, const PinholeCamera& camera,
+                            float min_depth_m, float max_depth_m);
+
 /// Splats the discs, at camera pose given by T_camera_fragment, into inverse_depth (1/m; 0 where nothing is
 /// predicted; must have the
 /// camera's size and a padded_stride, and be cleared by the caller). Discs nearer than min_depth_m or

@@ -11,17 +11,13 @@ namespace loopsift {
 namespace {
 
 constexpr int kDiscArrays = 7;  // x y z nx ny nz radius
-constexpr int kViewImages = 4;  // depth own kept aside
+constexpr int kViewImages = 2;  // depth own
 
 std::size_t chunks_for(int discs) { return (static_cast<std::size_t>(discs) + kChunkSize - 1) / kChunkSize; }
 
 void fill(const ImageView<float>& image, float value) {
   std::fill_n(image.data, static_cast<std::size_t>(image.stride) * static_cast<std::size_t>(image.height),
               value);
-}
-
-ImageView<float> padded_image(float* data, const PinholeCamera& camera) {
-  return {data, camera.width, camera.height, padded_stride(camera.width)};
 }
 
 constexpr float kPerMillimetre = 1e3F;
@@ -59,7 +55,6 @@ MapScorer::MapScorer(const PosteriorOptions& options, Arena& arena) : options_(o
       arena.carve<SurfelChunk>("posterior/chunks", fragments * chunks_for(options.max_discs_per_fragment));
   view_store_ = arena.carve<float>("posterior/views", views * kViewImages * pixels);
   layer_store_ = arena.carve<float>("posterior/layers", 2 * pixels);
-  visited_ = arena.carve<std::uint8_t>("posterior/visited", views);
   if (arena.measuring()) return;
   fragments_.reserve(fragments);
   views_.reserve(views);
@@ -101,14 +96,8 @@ void MapScorer::add_views(const Fragment& fragment) {
     if (added == options_.max_views_per_fragment) break;
     if (v.camera.width > options_.max_view_width || v.camera.height > options_.max_view_height) continue;
     float* store = &view_store_[views_.size() * kViewImages * pixels];
-    ScoredView view{fragment.id,
-                    v.T_fragment_camera.inverse(),
-                    v.camera,
-                    padded_image(store, v.camera),
-                    padded_image(store + pixels, v.camera),
-                    padded_image(store + 2 * pixels, v.camera),
-                    padded_image(store + 3 * pixels, v.camera),
-                    0.0};
+    ScoredView view{fragment.id, v.T_fragment_camera.inverse(), v.camera, padded_image(store, v.camera),
+                    padded_image(store + pixels, v.camera)};
     for (int y = 0; y < v.camera.height; ++y) {
       for (int x = 0; x < v.camera.width; ++x) {
         const float d = v.depth_m(x, y);
@@ -116,11 +105,9 @@ void MapScorer::add_views(const Fragment& fragment) {
       }
     }
     fill(view.own, 0.0F);
-    fill(view.kept, -1.0F);
-    fill(view.aside, -1.0F);
     render_discs(fragments_.back().surfels, view.T_camera_fragment, view.camera, options_.min_depth_m,
                  options_.max_depth_m, view.own);
-    weigh_own(&view);
+    weigh_own(view);
     views_.push_back(view);
     ScoredFragment& own = fragments_.back();
     const Eigen::Vector3d eye = v.T_fragment_camera.translation() - own.center.cast<double>();
@@ -130,83 +117,60 @@ void MapScorer::add_views(const Fragment& fragment) {
   own_residual_ = laplace_scale(own_histogram_);
 }
 
-// The view against its own fragment: its part of own_residual(), and the least that it can come to. Where the
-// own surface lies in front of the measurement no other fragment can make the prediction better, only nearer.
-void MapScorer::weigh_own(ScoredView* view) {
-  double in_front = 0, measured = 0;
-  for (int y = 0; y < view->depth.height; ++y) {
-    for (int x = 0; x < view->depth.width; ++x) {
-      const float depth = view->depth(x, y), own = view->own(x, y);
-      measured += depth > 0.0F ? 1.0 : 0.0;
+// The view against its own fragment: its part of own_residual() and of typical_depth().
+void MapScorer::weigh_own(const ScoredView& view) {
+  for (int y = 0; y < view.depth.height; ++y) {
+    for (int x = 0; x < view.depth.width; ++x) {
+      const float depth = view.depth(x, y);
+      depth_count_ += depth > 0.0F ? 1.0 : 0.0;
       depth_sum_ += static_cast<double>(depth);
       float counts = 0;
-      const float e = residual(own, depth, &counts);
+      const float e = residual(view.own(x, y), depth, &counts);
       if (counts == 0.0F) continue;
       ++own_histogram_[std::min(own_histogram_.size() - 1, static_cast<std::size_t>(e * kPerMillimetre))];
-      if (own * depth > 1.0F) in_front += static_cast<double>(e);
     }
   }
-  depth_count_ += measured;
-  view->least = measured > 0 ? in_front / measured : 0.0;
 }
 
 ImageView<float> MapScorer::layer_for(const ScoredView& view, std::size_t which) const {
   return padded_image(layer_store_.data() + which * image_capacity(), view.camera);
 }
 
+void MapScorer::render_others(const ScoredView& view, Span<const Se3> T_map_fragment, std::size_t first,
+                              std::size_t last, const ImageView<float>& layer) const {
+  const Se3 T_camera_map = view.T_camera_fragment * T_map_fragment[view.fragment.index()].inverse();
+  for (std::size_t f = first; f < last; ++f) {
+    if (f == view.fragment.index()) continue;
+    const ScoredFragment& fragment = fragments_[f];
+    const Se3 T_camera_fragment = T_camera_map * T_map_fragment[f];
+    const Eigen::Vector3f center = (T_camera_fragment * fragment.center.cast<double>()).cast<float>();
+    if (!in_sight(center, fragment.radius, view.camera, options_.min_depth_m, options_.max_depth_m)) continue;
+    render_discs(fragment.surfels, T_camera_fragment, view.camera, options_.min_depth_m, options_.max_depth_m,
+                 layer);
+  }
+}
+
 void MapScorer::render_others(const ScoredView& view, Span<const Se3> T_map_fragment,
                               const ImageView<float>& layer) const {
   fill(layer, 0.0F);
-  const Se3 T_camera_map = view.T_camera_fragment * T_map_fragment[view.fragment.index()].inverse();
-  for (std::size_t f = 0; f < fragments_.size(); ++f) {
-    if (f == view.fragment.index()) continue;
-    render_discs(fragments_[f].surfels, T_camera_map * T_map_fragment[f], view.camera, options_.min_depth_m,
-                 options_.max_depth_m, layer);
-  }
+  render_others(view, T_map_fragment, 0, fragments_.size(), layer);
 }
 
-double MapScorer::value_of(const ScoredView& view, const ImageView<float>& others, ScoreKind kind) const {
-  if (kind == ScoreKind::kPlain) {
-    return mean_over_rows(others.height, [&](int y) {
+MapScore MapScorer::dmp(Span<const Se3> T_map_fragment, Span<float> view_values, double give_up_above) const {
+  assert(T_map_fragment.size() == fragments_.size());
+  MapScore result;
+  for (std::size_t v = 0; v < views_.size() && result.complete; ++v) {
+    const ScoredView& view = views_[v];
+    const ImageView<float> others = layer_for(view, 0);
+    render_others(view, T_map_fragment, others);
+    const double value = mean_over_rows(others.height, [&](int y) {
       return squared_row(view.own.row(y), others.row(y), view.depth.row(y), others.width);
     });
-  }
-  const double mean = mean_over_rows(others.height, [&](int y) {
-    return supported_row(view.own.row(y), others.row(y), view.depth.row(y), view.kept.row(y), others.width);
-  });
-  return 2.0 * own_residual_ * mean;
-}
-
-double MapScorer::view_score(std::size_t view, Span<const Se3> T_map_fragment, ScoreKind kind) const {
-  const ImageView<float> layer = layer_for(views_[view], 0);
-  render_others(views_[view], T_map_fragment, layer);
-  return value_of(views_[view], layer, kind);
-}
-
-MapScore MapScorer::score(Span<const Se3> T_map_fragment, ScoreKind kind, const ScoreLimits& limits,
-                          Span<float> view_values) const {
-  assert(T_map_fragment.size() == fragments_.size());
-  const auto least = [&](const ScoredView& v) {
-    return kind == ScoreKind::kPosterior ? 2.0 * own_residual_ * v.least : 0.0;
-  };
-  double still_to_come = 0;
-  for (const ScoredView& view : views_) still_to_come += least(view);
-  std::fill_n(visited_.data(), views_.size(), std::uint8_t{0});
-
-  MapScore result;
-  const auto look_at = [&](std::size_t v) {  // false: given up
-    if (visited_[v] != 0) return true;
-    visited_[v] = 1;
-    const double value = view_score(v, T_map_fragment, kind);
     result.value += value;
-    still_to_come -= least(views_[v]);
     ++result.views_rendered;
     if (!view_values.empty()) view_values[v] = static_cast<float>(value);
-    return result.value + still_to_come <= limits.give_up_above;
-  };
-  for (const std::uint16_t v : limits.first_views) result.complete = result.complete && look_at(v);
-  for (std::size_t v = 0; v < views_.size(); ++v) result.complete = result.complete && look_at(v);
-  if (!result.complete) result.value += still_to_come;
+    result.complete = result.value <= give_up_above;
+  }
   return result;
 }
 
@@ -221,42 +185,6 @@ std::int64_t MapScorer::valid_pixels(Span<const Se3> T_map_fragment) const {
     }
   }
   return count;
-}
-
-void MapScorer::clear_reference() {
-  for (const ScoredView& view : views_) fill(view.kept, -1.0F);
-}
-
-double MapScorer::set_reference(Span<const Se3> T_map_fragment, ScoreKind kind, Span<float> view_values) {
-  double sum = 0;
-  for (std::size_t v = 0; v < views_.size(); ++v) {
-    const ScoredView& view = views_[v];
-    const ImageView<float> layer = layer_for(view, 0);
-    render_others(view, T_map_fragment, layer);
-    const double value = value_of(view, layer, kind);
-    sum += value;
-    if (!view_values.empty()) view_values[v] = static_cast<float>(value);
-    for (int y = 0; y < layer.height; ++y) {
-      for (int x = 0; x < layer.width; ++x) {
-        if (layer(x, y) <= 0.0F) continue;
-        float counts = 0;
-        view.kept(x, y) = residual(std::max(view.own(x, y), layer(x, y)), view.depth(x, y), &counts);
-      }
-    }
-  }
-  return sum;
-}
-
-void MapScorer::swap_references() {
-  for (ScoredView& view : views_) std::swap(view.kept, view.aside);
-}
-
-void MapScorer::copy_reference() {
-  for (const ScoredView& view : views_) {
-    const ImageView<float>& kept = view.kept;
-    std::copy_n(kept.data, static_cast<std::size_t>(kept.stride) * static_cast<std::size_t>(kept.height),
-                view.aside.data);
-  }
 }
 
 // Every point x of fragment f, at T_f x in the first map, goes along with D_f = T'_f T_f⁻¹. Against fragment

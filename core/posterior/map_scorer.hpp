@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The dense map posterior's data term: how well the map, moved rigidly by fragments, predicts the depth that
-// was measured.
+// The dense map posterior as published: how well the map, moved rigidly by fragments, predicts the depth that
+// was measured. (Its form for sifting: map_likelihood.hpp.)
 //
 // In: closed fragments (their surfels thinned to discs, their views), and a pose for each. Out: DMP in m², a
 // sum over views; lower is better. Capacity: PosteriorOptions. Thread: back. Scoring does not allocate.
@@ -36,33 +36,20 @@ struct PosteriorOptions {
   int max_view_height = 30;
 };
 
-/// Which sum over the pixels, and what happens to pixels that lose the prediction of other fragments.
-enum class ScoreKind {
-  /// The paper's: squared residuals, DMP in m².
-  kPlain,
-  /// The likelihood of the posterior: residuals of a Laplace distribution (silhouettes make their tails
-  /// heavy; the
-  /// squared sum is decided by a few per cent of the pixels), Σ_t 2b · mean |D̂_t − D_t| in m², with b the
-  /// mean residual that
-  /// the map shows about itself. A pixel that another fragment predicted in the reference map and none
-  /// predicts now keeps
-  /// its residual: no credit for what a torn map no longer explains.
-  kPosterior,
-};
-
-/// A score, or the part of it that was enough to know that it is above the limit.
+/// A DMP, or the part of it that was enough to know that it is above the limit.
 struct MapScore {
   double value = 0;  ///< m², sum over views
   int views_rendered = 0;
   bool complete = true;  ///< false: given up above the limit; value is then a lower bound
 };
 
-/// How score() may save work. All exact.
-struct ScoreLimits {
-  /// Give up once the sum, with the least that the views not yet rendered can add, is above this.
-  double give_up_above = std::numeric_limits<double>::infinity();
-  /// Views to look at first (indices below view_count(), each at most once): those most likely to tell.
-  Span<const std::uint16_t> first_views;
+/// A frame kept for scoring, as the scorer holds it.
+struct ScoredView {
+  FragmentId fragment;
+  Se3 T_camera_fragment;
+  PinholeCamera camera;
+  ImageView<float> depth;  ///< measured, metres, 0 invalid
+  ImageView<float> own;    ///< inverse depth that the view's own fragment predicts, 0 where none
 };
 
 class MapScorer {
@@ -72,39 +59,35 @@ class MapScorer {
 
   /// Adds the next fragment (id must equal fragment_count()). False when the store is full: nothing is added.
   [[nodiscard]] bool add(const Fragment& fragment);
+  [[nodiscard]] const PosteriorOptions& options() const { return options_; }
   [[nodiscard]] int fragment_count() const { return static_cast<int>(fragments_.size()); }
   [[nodiscard]] int view_count() const { return static_cast<int>(views_.size()); }
   /// Discs that did not fit max_discs_per_fragment, over all fragments.
   [[nodiscard]] std::size_t discs_left_out() const { return discs_left_out_; }
 
-  /// The score of the map with fragments at T_map_fragment (one pose per fragment). view_values, where not
-  /// empty, receives each view's part (size view_count(); all of them only when
-  /// the score is complete).
-  [[nodiscard]] MapScore score(Span<const Se3> T_map_fragment, ScoreKind kind, const ScoreLimits& limits = {},
-                               Span<float> view_values = {}) const;
+  /// DMP of the map with fragments at T_map_fragment (one pose per fragment). view_values, where not empty,
+  /// receives each view's part (size view_count(); all of them only when the score is complete). Ends early,
+  /// and exactly, once the sum is above give_up_above.
+  [[nodiscard]] MapScore dmp(Span<const Se3> T_map_fragment, Span<float> view_values = {},
+                             double give_up_above = std::numeric_limits<double>::infinity()) const;
 
   /// Σ_t |Ω_t| of the map at these poses: pixels with measured and predicted depth, over all views.
   [[nodiscard]] std::int64_t valid_pixels(Span<const Se3> T_map_fragment) const;
 
-  /// Forgets the reference map: no pixel is supported.
-  void clear_reference();
-  /// Makes the map at these poses the reference for support. Support is sticky: a pixel that kept its
-  /// residual stays supported with it, else tearing a map apart in two steps would pay where one step does
-  /// not. Returns the map's score as it was against the reference before; view_values as in score().
-  double set_reference(Span<const Se3> T_map_fragment, ScoreKind kind = ScoreKind::kPosterior,
-                       Span<float> view_values = {});
-  /// There is a second reference, put aside: exchanges the two, and makes the one put aside the same as the
-  /// one in use.
-  void swap_references();
-  void copy_reference();
-
-  /// One view's part of the score.
-  [[nodiscard]] double view_score(std::size_t view, Span<const Se3> T_map_fragment, ScoreKind kind) const;
   /// Views, ascending, whose score may differ between two maps: those of fragments to which another one in
   /// reach moves by more than least_motion_m. With 0 the others' scores are the same, but for what shows
   /// through holes in their own fragment's surface.
   void affected_views(Span<const Se3> T_before, Span<const Se3> T_after, double least_motion_m,
                       std::vector<std::uint16_t>* views) const;
+
+  [[nodiscard]] const ScoredView& view(std::size_t v) const { return views_[v]; }
+  /// Splats fragments first … last−1, without the view's own, into layer (inverse depth; of the view's size,
+  /// with a padded_stride).
+  void render_others(const ScoredView& view, Span<const Se3> T_map_fragment, std::size_t first,
+                     std::size_t last, const ImageView<float>& layer) const;
+  /// The same from nothing, with all fragments.
+  void render_others(const ScoredView& view, Span<const Se3> T_map_fragment,
+                     const ImageView<float>& layer) const;
 
   /// b: the scale of a Laplace distribution with the median of the absolute residuals that the views show
   /// against their own fragments, metres (median / ln 2: silhouettes must not count). It is the map's own
@@ -130,30 +113,15 @@ class MapScorer {
     float radius = 0;  // of the discs about the centre
     double reach = 0;  // and of the views' cameras
   };
-  struct ScoredView {
-    FragmentId fragment;
-    Se3 T_camera_fragment;
-    PinholeCamera camera;
-    ImageView<float> depth;  // measured, metres, 0 invalid
-    ImageView<float> own;    // inverse depth that the view's own fragment predicts
-    ImageView<float> kept;   // |residual| of supported pixels in the reference map; negative: not supported
-    ImageView<float> aside;  // kept of the reference put aside
-    double least = 0;  // no map brings the mean residual below it: own surface in front of the measurement
-  };
-
   void add_views(const Fragment& fragment);
-  // Inverse depth of all fragments but the view's own.
-  void render_others(const ScoredView& view, Span<const Se3> T_map_fragment,
-                     const ImageView<float>& layer) const;
-  [[nodiscard]] double value_of(const ScoredView& view, const ImageView<float>& others, ScoreKind kind) const;
   [[nodiscard]] std::size_t image_capacity() const;
   [[nodiscard]] ImageView<float> layer_for(const ScoredView& view, std::size_t which) const;
-  void weigh_own(ScoredView* view);
+  void weigh_own(const ScoredView& view);
 
   PosteriorOptions options_;
   Span<float> disc_store_;  // 7 arrays of max_discs_per_fragment per fragment
   Span<SurfelChunk> chunk_store_;
-  Span<float> view_store_;                 // depth, own, kept, aside of every view
+  Span<float> view_store_;                 // depth, own of every view
   Span<float> layer_store_;                // two scratch layers
   std::vector<ScoredFragment> fragments_;  // capacity reserved
   std::vector<ScoredView> views_;
@@ -161,7 +129,6 @@ class MapScorer {
   mutable std::vector<std::uint8_t> affected_;  // scratch of affected_views(), by fragment
   mutable std::vector<Se3> motion_;
   mutable std::vector<Eigen::Vector3d> center_;
-  Span<std::uint8_t> visited_;                       // scratch of score(): views already looked at
   double depth_sum_ = 0, depth_count_ = 0;           // of measured pixels
   std::array<std::uint32_t, 1024> own_histogram_{};  // own residuals, in millimetres; the last bin is open
   double own_residual_ = 0;

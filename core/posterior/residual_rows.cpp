@@ -17,6 +17,26 @@ LOOPSIFT_SIMD PixelSum squared_row(const float* own, const float* other, const f
   return {static_cast<double>(residuals), static_cast<double>(pixels)};
 }
 
+LOOPSIFT_SIMD PixelSum absolute_row(const float* own, const float* other, const float* depth, int n) {
+  float residuals = 0, pixels = 0;
+#pragma omp simd reduction(+ : residuals, pixels)
+  for (int x = 0; x < n; ++x) {
+    float counts = 0;
+    residuals += residual(std::max(own[x], other[x]), depth[x], &counts);
+    pixels += counts;
+  }
+  return {static_cast<double>(residuals), static_cast<double>(pixels)};
+}
+
+LOOPSIFT_SIMD void keep_row(const float* own, const float* other, const float* depth, int n, float* kept) {
+#pragma omp simd
+  for (int x = 0; x < n; ++x) {
+    float counts = 0;
+    const float e = residual(std::max(own[x], other[x]), depth[x], &counts);
+    kept[x] = other[x] > 0.0F ? e : kept[x];
+  }
+}
+
 LOOPSIFT_SIMD PixelSum supported_row(const float* own, const float* other, const float* depth,
                                      const float* kept, int n) {
   float residuals = 0, pixels = 0;

@@ -24,6 +24,10 @@ struct PixelSum {
 
 /// Σ e² of the nearer of two predictions.
 PixelSum squared_row(const float* own, const float* other, const float* depth, int n);
+/// Σ |e| of the nearer of two predictions.
+PixelSum absolute_row(const float* own, const float* other, const float* depth, int n);
+/// |e| of the pixels that `other` predicts, into kept; 0 where nothing was measured.
+void keep_row(const float* own, const float* other, const float* depth, int n, float* kept);
 /// Σ |e|; a pixel with a residual kept (≥ 0) that `other` no longer predicts counts with that.
 PixelSum supported_row(const float* own, const float* other, const float* depth, const float* kept, int n);
 /// Σ (|e_first| − |e_second|) over the pixels that both predict; `pixels` are those that count for the first.

@@ -12,7 +12,8 @@ std::vector<Se3> fragment_poses(const PoseGraph& graph, const std::vector<Se3>& 
   return poses;
 }
 
-MapTrial::MapTrial(MapScorer& scorer, ScoreKind kind, const SolveOptions& solve, SolverWorkspace& workspace)
+MapTrial::MapTrial(const MapScorer& scorer, ScoreKind kind, const SolveOptions& solve,
+                   SolverWorkspace& workspace)
     : scorer_(&scorer), workspace_(&workspace), kind_(kind), solve_(solve) {}
 
 void MapTrial::set_graph(const PoseGraph& odometry) {
@@ -35,14 +36,6 @@ TrialMap MapTrial::run(const std::vector<Edge>& frame_loops, const std::vector<S
 
 TrialMap MapTrial::as_it_is(const std::vector<Se3>& T_map_node) const {
   return {true, T_map_node, fragment_poses(graph_, T_map_node), 0.0};
-}
-
-MapScore MapTrial::score(const TrialMap& map, const ScoreLimits& limits, Span<float> view_values) const {
-  ScoreLimits of_depth = limits;
-  of_depth.give_up_above -= map.prior;
-  MapScore score = scorer_->score(map.T_map_fragment, kind_, of_depth, view_values);
-  score.value += map.prior;
-  return score;
 }
 
 }  // namespace loopsift

@@ -14,6 +14,12 @@
 
 namespace loopsift {
 
+/// What loops are judged by.
+enum class ScoreKind {
+  kPlain,      ///< the paper's: DMP
+  kPosterior,  ///< likelihood (core/posterior/map_likelihood.hpp) and the odometry's prior
+};
+
 /// An optimised map. Scores in m², lower is better (the paper's r is −score).
 struct TrialMap {
   bool solved = false;  ///< false: the solve failed; the poses are those it started from
@@ -25,7 +31,7 @@ struct TrialMap {
 class MapTrial {
  public:
   /// Scorer and workspace outlive this.
-  MapTrial(MapScorer& scorer, ScoreKind kind, const SolveOptions& solve, SolverWorkspace& workspace);
+  MapTrial(const MapScorer& scorer, ScoreKind kind, const SolveOptions& solve, SolverWorkspace& workspace);
 
   /// The odometry's poses and edges, of the fragments that the scorer holds; its loops are ignored.
   void set_graph(const PoseGraph& odometry);
@@ -36,18 +42,14 @@ class MapTrial {
   [[nodiscard]] TrialMap as_it_is(const std::vector<Se3>& T_map_node) const;
   /// The odometry's map, with no loop.
   [[nodiscard]] TrialMap base() const { return as_it_is(T_odom_node_); }
-  /// The map's score against the reference (see MapScorer::score).
-  [[nodiscard]] MapScore score(const TrialMap& map, const ScoreLimits& limits = {},
-                               Span<float> view_values = {}) const;
-
   [[nodiscard]] const PoseGraph& graph() const { return graph_; }
-  [[nodiscard]] MapScorer& scorer() const { return *scorer_; }
+  [[nodiscard]] const MapScorer& scorer() const { return *scorer_; }
   [[nodiscard]] ScoreKind kind() const { return kind_; }
 
  private:
   PoseGraph graph_;
   std::vector<Se3> T_odom_node_;
-  MapScorer* scorer_;
+  const MapScorer* scorer_;
   SolverWorkspace* workspace_;
   ScoreKind kind_;
   SolveOptions solve_;

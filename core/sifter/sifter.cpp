@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/latency_timer.hpp"
 #include "core/base/steady_time.hpp"
 #include "core/sifter/challenge.hpp"
 
@@ -25,9 +26,10 @@ SolverLimits solver_limits(int max_nodes) { return {max_nodes, 6 * max_nodes}; }
 
 }  // namespace
 
-Sifter::Sifter(const SifterOptions& options, MapScorer& scorer, Arena& arena)
+Sifter::Sifter(const SifterOptions& options, const MapScorer& scorer, Arena& arena)
     : options_(options),
       workspace_(&arena, solver_limits(options.max_nodes)),
+      likelihood_(scorer, arena),
       trial_(scorer, options.score, options.solve, workspace_),
       loops_(static_cast<std::size_t>(options.max_loops), arena),
       published_set_(kNoLoops) {}
@@ -153,18 +155,13 @@ void Sifter::score_alone(std::size_t k) {
   append_edges(record.loop, &edges);
   const TrialMap alone = solve_with(edges, base_.T_map_node);
   if (!alone.solved) return refuse(&record, Reason::kSolveFailed);
-  use_base_reference(true);
-  const std::int64_t start = steady_now_ns();
   if (options_.score == ScoreKind::kPlain) {
-    record.improvement = base_score_ - trial_.score(alone).value;
+    const LatencyTimer timer(&score_times_);
+    record.improvement = base_score_ - trial_.scorer().dmp(alone.T_map_fragment).value;
   } else {
     const ComparisonLimits limits{options_.max_views_per_test / 2, options_.max_views_per_test > 0};
-    record.improvement = comparer_
-                             .compare(trial_.scorer(), options_.score, base_.T_map_fragment, base_views_,
-                                      alone.T_map_fragment, -alone.prior, limits)
-                             .gain;
+    record.improvement = compare(Reference::kOdometry, alone, -alone.prior, limits).gain;
   }
-  score_times_.record_ns(steady_now_ns() - start);
   record.single_score = base_score_ - record.improvement;
   record.reason = Reason::kNotTested;
   loops_.rank(k);
@@ -187,20 +184,13 @@ void Sifter::test(std::size_t k) {
   if (reason != Reason::kImproves) return refuse(&record, reason);
   decide(&record, Decision::kAccepted, reason);
   accepted.push_back(k);
-  take_as_best(std::move(with), std::move(accepted));
+  take_as_best(std::move(with), std::move(accepted), record.tested_score);
 }
 
 Reason Sifter::judge(SiftedLoop* record, const TrialMap& with) {
-  if (options_.score == ScoreKind::kPlain) {
-    use_base_reference(false);
-    ScoreLimits limits;
-    limits.give_up_above = best_score_;
-    const MapScore score = trial_.score(with, limits);
-    record->tested_score = score.value;
-    record->views = score.views_rendered;
-    return score.complete && score.value < best_score_ ? Reason::kImproves : Reason::kNoImprovement;
-  }
-  const ViewComparison comparison = compare_with_best(with, true);
+  if (options_.score == ScoreKind::kPlain) return judge_plain(record, with);
+  const ComparisonLimits limits{options_.max_views_per_test, options_.max_views_per_test > 0};
+  const ViewComparison comparison = compare(Reference::kBest, with, best_.prior - with.prior, limits);
   record->tested_score = best_score_ - comparison.gain;
   record->views = comparison.views;
   if (!(comparison.gain > 0)) return Reason::kNoImprovement;
@@ -210,17 +200,24 @@ Reason Sifter::judge(SiftedLoop* record, const TrialMap& with) {
   return stands ? Reason::kImproves : Reason::kChallenged;
 }
 
-ViewComparison Sifter::compare_with_best(const TrialMap& map, bool stop_early) {
-  use_base_reference(false);
-  const std::int64_t start = steady_now_ns();
-  ComparisonLimits limits;
-  limits.max_views = stop_early ? options_.max_views_per_test : 0;
-  limits.stop_early = stop_early && options_.max_views_per_test > 0;
-  const ViewComparison comparison =
-      comparer_.compare(trial_.scorer(), options_.score, best_.T_map_fragment, best_views_,
-                        map.T_map_fragment, best_.prior - map.prior, limits);
-  score_times_.record_ns(steady_now_ns() - start);
-  return comparison;
+Reason Sifter::judge_plain(SiftedLoop* record, const TrialMap& with) {
+  const LatencyTimer timer(&score_times_);
+  const MapScore score = trial_.scorer().dmp(with.T_map_fragment, {}, best_score_);
+  record->tested_score = score.value;
+  record->views = score.views_rendered;
+  return score.complete && score.value < best_score_ ? Reason::kImproves : Reason::kNoImprovement;
+}
+
+// How much lower the score is in a map from which something was taken.
+double Sifter::gain_without(const TrialMap& map) {
+  if (options_.score == ScoreKind::kPlain) return best_score_ - trial_.scorer().dmp(map.T_map_fragment).value;
+  return compare(Reference::kBest, map, best_.prior - map.prior, {options_.max_views_per_test, false}).gain;
+}
+
+ViewComparison Sifter::compare(Reference reference, const TrialMap& map, double prior_gain,
+                               const ComparisonLimits& limits) {
+  const LatencyTimer timer(&score_times_);
+  return comparer_.compare(&likelihood_, reference, map.T_map_fragment, prior_gain, limits);
 }
 
 // Tests the accepted loops by removal, the worst ranked first; begins anew when they change.
@@ -236,12 +233,11 @@ void Sifter::review() {
   rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(--review_left_));
   TrialMap without = solve_with(frame_loops_of(rest), best_.T_map_node);
   if (!without.solved) return;
-  const bool better = options_.score == ScoreKind::kPlain ? trial_.score(without).value < best_score_
-                                                          : compare_with_best(without, false).gain > 0;
-  if (!better) return;
+  const double gain = gain_without(without);
+  if (!(gain > 0)) return;
   refuse(&loops_[accepted[review_left_]], Reason::kBetterWithout);
   review_left_ = 0;
-  take_as_best(std::move(without), std::move(rest));
+  take_as_best(std::move(without), std::move(rest), best_score_ - gain);
 }
 
 void Sifter::publish() {
@@ -279,47 +275,42 @@ bool Sifter::finish(double time_limit_s) {
   return true;
 }
 
-// The odometry's map and its support: what single loops are measured against.
+// What single loops are measured against.
 void Sifter::measure_base() {
   base_ = trial_.base();
-  base_views_.assign(static_cast<std::size_t>(trial_.scorer().view_count()), 0.0F);
-  use_base_reference(true);
-  trial_.scorer().clear_reference();
-  base_score_ = trial_.scorer().set_reference(base_.T_map_fragment, options_.score, base_views_);
+  base_score_ = options_.score == ScoreKind::kPlain ? trial_.scorer().dmp(base_.T_map_fragment).value
+                                                    : likelihood_.set_odometry_map(base_.T_map_fragment);
   best_known_ = false;
-}
-
-void Sifter::use_base_reference(bool base) {
-  if (base_in_use_ == base) return;
-  trial_.scorer().swap_references();
-  base_in_use_ = base;
 }
 
 // Makes the map with these loops the one that loops are tested on. Always from the odometry's map, so that it
 // does not depend on what was done before.
 void Sifter::go_to(const Records& accepted) {
   if (best_known_ && best_accepted_ == accepted) return;
-  use_base_reference(true);
-  trial_.scorer().copy_reference();
-  best_ = base_, best_views_ = base_views_, best_score_ = base_score_;
-  best_accepted_.clear();
   best_known_ = true;
-  if (!accepted.empty()) take_as_best(solve_with(frame_loops_of(accepted), base_.T_map_node), accepted);
+  TrialMap map = accepted.empty() ? base_ : solve_with(frame_loops_of(accepted), base_.T_map_node);
+  const double score = score_of(accepted, map);
+  take_as_best(std::move(map), accepted, score);
 }
 
-void Sifter::take_as_best(TrialMap map, Records accepted) {
-  use_base_reference(false);
+// The posterior's is what the test of the last loop came to: a sum over all views would cost more than many
+// tests, and decisions need differences only.
+double Sifter::score_of(const Records& accepted, const TrialMap& map) const {
+  if (accepted.empty()) return base_score_;
+  if (options_.score == ScoreKind::kPlain) return trial_.scorer().dmp(map.T_map_fragment).value;
+  return loops_[accepted.back()].tested_score;
+}
+
+void Sifter::take_as_best(TrialMap map, Records accepted, double score) {
   best_ = std::move(map);
   best_accepted_ = std::move(accepted);
-  best_score_ =
-      best_.prior + trial_.scorer().set_reference(best_.T_map_fragment, options_.score, best_views_);
+  best_score_ = score;
+  if (options_.score == ScoreKind::kPosterior) likelihood_.set_best_map(best_.T_map_fragment);
 }
 
 TrialMap Sifter::solve_with(const std::vector<Edge>& edges, const std::vector<Se3>& start) {
-  const std::int64_t begin = steady_now_ns();
-  TrialMap map = trial_.run(edges, start);
-  solve_times_.record_ns(steady_now_ns() - begin);
-  return map;
+  const LatencyTimer timer(&solve_times_);
+  return trial_.run(edges, start);
 }
 
 Sifter::Records Sifter::accepted_before(int rank) const {

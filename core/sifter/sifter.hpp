@@ -53,7 +53,7 @@ class Sifter {
  public:
   /// scorer must outlive this and hold a fragment for each of the graph's whenever one of the steps below
   /// runs.
-  Sifter(const SifterOptions& options, MapScorer& scorer, Arena& arena);
+  Sifter(const SifterOptions& options, const MapScorer& scorer, Arena& arena);
 
   /// The odometry's graph, after each new fragment. Accepted loops and the poses of older fragments stay; new
   /// nodes follow the last one. newest_frame goes into the records.
@@ -119,12 +119,15 @@ class Sifter {
   void review();
   void publish();
   [[nodiscard]] Reason judge(SiftedLoop* record, const TrialMap& with);
-  [[nodiscard]] ViewComparison compare_with_best(const TrialMap& map, bool stop_early);
+  [[nodiscard]] Reason judge_plain(SiftedLoop* record, const TrialMap& with);
+  [[nodiscard]] double gain_without(const TrialMap& map);
+  [[nodiscard]] ViewComparison compare(Reference reference, const TrialMap& map, double prior_gain,
+                                       const ComparisonLimits& limits);
 
   void measure_base();
-  void use_base_reference(bool base);
   void go_to(const Records& accepted);
-  void take_as_best(TrialMap map, Records accepted);
+  void take_as_best(TrialMap map, Records accepted, double score);
+  [[nodiscard]] double score_of(const Records& accepted, const TrialMap& map) const;
   [[nodiscard]] TrialMap solve_with(const std::vector<Edge>& edges, const std::vector<Se3>& start);
   void append_edges(const Loop& loop, std::vector<Edge>* edges) const;
   [[nodiscard]] std::vector<Edge> frame_loops_of(const Records& records) const;
@@ -135,24 +138,21 @@ class Sifter {
 
   SifterOptions options_;
   SolverWorkspace workspace_;
+  MapLikelihood likelihood_;
   MapTrial trial_;
   ViewComparer comparer_;
   LoopList loops_;
   double loop_weight_ = 1;  // common factor of the loops' information, see update_loop_weight()
   int newest_frame_ = -1;
 
-  // The odometry's map, with its score by view.
+  // The odometry's map.
   TrialMap base_;
-  std::vector<float> base_views_;
   double base_score_ = 0;
   // The map that loops are tested on: with these loops accepted.
   TrialMap best_;
-  std::vector<float> best_views_;
   double best_score_ = 0;
   Records best_accepted_;
   bool best_known_ = false;  // false: the graph changed since
-  bool base_in_use_ =
-      true;  // the scorer's reference in use is base_'s, the one put aside best_'s; else the other way
 
   TrialMap published_;
   Records published_accepted_;

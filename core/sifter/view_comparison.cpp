@@ -21,10 +21,11 @@ std::size_t spreading_stride(std::size_t n) {
   return stride;
 }
 
-ViewComparison ViewComparer::compare(const MapScorer& scorer, ScoreKind kind, Span<const Se3> T_before,
-                                     Span<const float> view_scores, Span<const Se3> T_after,
+ViewComparison ViewComparer::compare(MapLikelihood* likelihood, Reference reference, Span<const Se3> T_after,
                                      double prior_gain, const ComparisonLimits& limits) {
-  scorer.affected_views(T_before, T_after, kVisibleResidual * scorer.own_residual(), &views_);
+  const MapScorer& scorer = likelihood->scorer();
+  scorer.affected_views(likelihood->poses(reference), T_after, kVisibleResidual * scorer.own_residual(),
+                        &views_);
   const std::size_t population = views_.size();
   std::size_t most = population;
   if (limits.max_views > 0) most = std::min(most, static_cast<std::size_t>(limits.max_views));
@@ -34,7 +35,7 @@ ViewComparison ViewComparer::compare(const MapScorer& scorer, ScoreKind kind, Sp
   const std::size_t stride = population > 0 ? spreading_stride(population) : 0;
   for (std::size_t k = 0, at = 0; k < most; ++k, at = (at + stride) % population) {
     const std::size_t view = views_[at];
-    const double d = static_cast<double>(view_scores[view]) - scorer.view_score(view, T_after, kind);
+    const double d = likelihood->of_reference(reference, view) - likelihood->of_map(reference, view, T_after);
     sum += d, squares += d * d;
     ++result.views;
     const double scale = static_cast<double>(population) / result.views;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Whether one map predicts the views better than another, from as few of them as tell.
 //
-// In: each view's score in the map that is known, and the other map. Out: an estimate of how much the sum
+// In: the reference map, and the other map. Out: an estimate of how much the sum
 // over all views falls, and its standard error. Views around which nothing moved are left out, as their part
 // is the same in both; of the others at most max_views are rendered, evenly spread, and they stand for the
 // rest. Rendering ends early once the gain, were it even one standard error better than it looks, would not
@@ -11,7 +11,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/posterior/map_scorer.hpp"
+#include "core/posterior/map_likelihood.hpp"
 
 namespace loopsift {
 
@@ -32,11 +32,10 @@ struct ComparisonLimits {
 
 class ViewComparer {
  public:
-  /// T_before and view_scores: a map and its score by view; T_after: another, whose score without its views
-  /// is prior_gain lower. All against the scorer's reference.
-  [[nodiscard]] ViewComparison compare(const MapScorer& scorer, ScoreKind kind, Span<const Se3> T_before,
-                                       Span<const float> view_scores, Span<const Se3> T_after,
-                                       double prior_gain, const ComparisonLimits& limits);
+  /// The reference map with the one at T_after, whose score without its views is prior_gain lower.
+  [[nodiscard]] ViewComparison compare(MapLikelihood* likelihood, Reference reference,
+                                       Span<const Se3> T_after, double prior_gain,
+                                       const ComparisonLimits& limits);
 
  private:
   std::vector<std::uint16_t> views_;

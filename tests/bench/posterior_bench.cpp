@@ -29,17 +29,40 @@ const FragmentWorld& world_of(const benchmark::State& state) {
   return world_of(60, static_cast<int>(state.range(0)), static_cast<int>(state.range(1)));
 }
 
-void score(benchmark::State& state) {
+void dmp(benchmark::State& state) {
   const FragmentWorld& world = world_of(state);
   const InArena<MapScorer> scorer(test::posterior_for(world));
   for (const Fragment& fragment : world.fragments())
     if (!scorer->add(fragment)) std::abort();
-  const auto kind = state.range(2) != 0 ? ScoreKind::kPosterior : ScoreKind::kPlain;
-  for (auto _ : state) benchmark::DoNotOptimize(scorer->score(world.odometry(), kind).value);
+  for (auto _ : state) benchmark::DoNotOptimize(scorer->dmp(world.odometry()).value);
   state.counters["views"] = scorer->view_count();
 }
-BENCHMARK(score)
-    ->ArgNames({"views_each", "width", "posterior"})
+BENCHMARK(dmp)->ArgNames({"views_each", "width"})->ArgsProduct({{2, 5}, {40, 80}})->Unit(benchmark::kMillisecond);
+
+// What the 60th fragment costs: drawn on top of the odometry's map, and with everything drawn anew.
+void add_to_odometry_map(benchmark::State& state) {
+  const FragmentWorld& world = world_of(state);
+  const InArena<MapScorer> scorer(test::posterior_for(world));
+  const InArena<MapLikelihood> likelihood(std::cref(*scorer));
+  const std::vector<Se3>& poses = world.odometry();
+  const std::size_t last = poses.size() - 1;
+  for (std::size_t f = 0; f < last; ++f)
+    if (!scorer->add(world.fragments()[f])) std::abort();
+  (void)likelihood->set_odometry_map({poses.data(), last});
+  if (!scorer->add(world.fragments()[last])) std::abort();
+  std::vector<Se3> moved = poses;
+  for (auto _ : state) {
+    state.PauseTiming();
+    moved[0] = moved[0] * Se3(Eigen::Matrix3d::Identity(), {1e-9, 0, 0});  // forget what is drawn
+    (void)likelihood->set_odometry_map({moved.data(), last});
+    if (state.range(2) != 0) moved[0] = poses[0];
+    state.ResumeTiming();
+    benchmark::DoNotOptimize(likelihood->set_odometry_map(moved));
+  }
+  state.counters["views"] = scorer->view_count();
+}
+BENCHMARK(add_to_odometry_map)
+    ->ArgNames({"views_each", "width", "anew"})
     ->ArgsProduct({{2, 5}, {40, 80}, {0, 1}})
     ->Unit(benchmark::kMillisecond);
 

@@ -66,7 +66,7 @@ void online(benchmark::State& state) {
     const std::vector<Se3> poses = fragment_poses(sifter->graph(), sifter->T_map_node());
     const std::string prefix(name);
     state.counters[prefix + "_rmse_m"] = world.rmse_m(poses);
-    state.counters[prefix + "_dmp"] = scorer->score(poses, ScoreKind::kPlain).value;
+    state.counters[prefix + "_dmp"] = scorer->dmp(poses).value;
     state.counters[prefix + "_accepted"] = static_cast<double>(sifter->accepted().size());
   };
   PoseGraph graph;
@@ -84,7 +84,7 @@ void online(benchmark::State& state) {
   const std::vector<Se3> odometry(world.odometry().begin(), world.odometry().begin() + until);
   state.counters["fragments"] = until;
   state.counters["odometry_rmse_m"] = world.rmse_m(odometry);
-  state.counters["odometry_dmp"] = scorer->score(odometry, ScoreKind::kPlain).value;
+  state.counters["odometry_dmp"] = scorer->dmp(odometry).value;
   count("online");
   if (!sifter->finish()) std::abort();
   count("batch");
