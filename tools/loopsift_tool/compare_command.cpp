@@ -76,7 +76,7 @@ Expected<Json> table(const ContestInput& input, const Truth& truth, const MapSco
       if (!distance) return distance.error();
       row["surface_mean_m"] = *distance;
     }
-    row["dmp"] = scorer.score(poses, ScoreKind::kPlain).value;
+    row["dmp"] = scorer.dmp(poses).value;
     row["wall_s"] = outcomes[c].wall_s;
     if (!outcomes[c].failure.empty()) row["failure"] = outcomes[c].failure;
     rows.push_back(std::move(row));
