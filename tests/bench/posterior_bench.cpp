@@ -37,7 +37,10 @@ void dmp(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(scorer->dmp(world.odometry()).value);
   state.counters["views"] = scorer->view_count();
 }
-BENCHMARK(dmp)->ArgNames({"views_each", "width"})->ArgsProduct({{2, 5}, {40, 80}})->Unit(benchmark::kMillisecond);
+BENCHMARK(dmp)
+    ->ArgNames({"views_each", "width"})
+    ->ArgsProduct({{2, 5}, {40, 80}})
+    ->Unit(benchmark::kMillisecond);
 
 // What the 60th fragment costs: drawn on top of the odometry's map, and with everything drawn anew.
 void add_to_odometry_map(benchmark::State& state) {

@@ -60,7 +60,7 @@ struct TwoWalls {
   }
   [[nodiscard]] double plain(const Se3& T_first_second) const {
     const std::vector<Se3> poses = {Se3(), T_first_second};
-    return scorer->score(poses, ScoreKind::kPlain).value;
+    return scorer->dmp(poses).value;
   }
   WallFragment first, second;
   InArena<MapScorer> scorer;
