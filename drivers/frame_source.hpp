@@ -13,6 +13,7 @@
 #include "core/geometry/camera_calibration.hpp"
 #include "core/geometry/raw_frame.hpp"
 #include "drivers/openni2/openni2_options.hpp"
+#include "drivers/v4l2/v4l2_options.hpp"
 
 namespace loopsift {
 
@@ -46,6 +47,7 @@ struct SourceOptions {
   double rate_hz = 0;      ///< nominal frame rate of recordings without time stamps
   std::uint64_t seed = 1;  ///< noise of synthetic sources
   OpenNi2Options openni2;
+  V4l2Options v4l2;
 };
 
 class FrameSource {

@@ -9,12 +9,19 @@
 #include "drivers/paired_source.hpp"
 #include "drivers/replay/replay_source.hpp"
 #include "drivers/synth/synth_source.hpp"
+#ifdef LOOPSIFT_HAVE_V4L2
+#include "drivers/v4l2/v4l2_source.hpp"
+#endif
 
 namespace loopsift {
 namespace {
 
 constexpr std::string_view kAvailable =
-    "replay:FORMAT:PATH (tum, 7scenes, redwood, sun3d, klg) and synth:SCENE";
+    "replay:FORMAT:PATH (tum, 7scenes, redwood, sun3d, klg), synth:SCENE"
+#ifdef LOOPSIFT_HAVE_V4L2
+    ", v4l2:/dev/videoN"
+#endif
+    ;
 // Sources that the program may have, but this build has not.
 constexpr std::array<std::string_view, 4> kLeftOut = {"openni2", "v4l2", "libcamera", "lcm"};
 
@@ -35,6 +42,9 @@ Expected<std::unique_ptr<FrameSource>> open_driver(const std::string& uri, const
     return open_replay(format.head, format.tail, options);
   }
   if (parts.head == "synth") return open_synth(parts.tail, options);
+#ifdef LOOPSIFT_HAVE_V4L2
+  if (parts.head == "v4l2") return open_v4l2(parts.tail, options);
+#endif
   if (std::find(kLeftOut.begin(), kLeftOut.end(), parts.head) != kLeftOut.end()) {
     return Error{ErrorCode::kUnsupported, "source '" + uri + "': this build has no " + parts.head +
                                               " driver; available are " + std::string(kAvailable)};

@@ -23,8 +23,26 @@ OptionSection openni2_section(OpenNi2Options& o) {
       }};
 }
 
+OptionSection v4l2_section(V4l2Options& o) {
+  constexpr OptionRange kPixels{0, 16384};
+  return {"v4l2",
+          "Cameras through V4L2 (docs/drivers.md). A source's URI may set each for its own device, as in "
+          "v4l2:/dev/video2?format=YUYV&width=1280&height=720.",
+          {
+              {"format", &o.format,
+               "four characters, as Z16 or YUYV; empty: the first that is read, depth first"},
+              {"width", &o.width, "pixels; 0: as camera.width, or 640", kPixels},
+              {"height", &o.height, "pixels; 0: as camera.height, or 480", kPixels},
+              {"rate_hz", &o.rate_hz, "frames per second", {1, V4l2Options::kHighestRateHz}},
+              {"buffers", &o.buffers, "images that the kernel keeps", {2, V4l2Options::kMostBuffers}},
+              {"controls", &o.controls, "set in this order before the first frame, as [\"gain=16\"]"},
+          }};
+}
+
 }  // namespace
 
-OptionTable driver_sections(SourceOptions& options) { return {openni2_section(options.openni2)}; }
+OptionTable driver_sections(SourceOptions& options) {
+  return {openni2_section(options.openni2), v4l2_section(options.v4l2)};
+}
 
 }  // namespace loopsift

@@ -119,6 +119,14 @@ struct SetMember {
     *member = *value;
     return "";
   }
+  std::string operator()(std::vector<std::string>* member) const {
+    const toml::array* list = node.as_array();
+    if (list == nullptr || (!list->empty() && !list->is_homogeneous(toml::node_type::string)))
+      return "expected a list of strings, as in [\"a\", \"b\"]";
+    member->clear();
+    for (const toml::node& element : *list) member->push_back(*element.value_exact<std::string>());
+    return "";
+  }
   std::string operator()(const EnumMember& member) const {
     const auto value = node.value_exact<std::string>();
     if (!value || std::find(member.names.begin(), member.names.end(), *value) == member.names.end())
@@ -173,6 +181,11 @@ struct FormatMember {
   std::string operator()(const float* value) const { return real(*value); }
   std::string operator()(const double* value) const { return real(*value); }
   std::string operator()(const std::string* value) const { return quoted(*value); }
+  std::string operator()(const std::vector<std::string>* list) const {
+    std::string text;
+    for (const std::string& element : *list) text += (text.empty() ? "" : ", ") + quoted(element);
+    return "[" + text + "]";
+  }
   std::string operator()(const EnumMember& member) const { return quoted(member.get()); }
 
   /// The shortest text that reads back to the same number.

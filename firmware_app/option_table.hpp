@@ -47,7 +47,7 @@ struct OptionRange {
 /// One key. The member must outlive the table.
 struct Option {
   std::string key;
-  std::variant<bool*, int*, float*, double*, std::string*, EnumMember> member;
+  std::variant<bool*, int*, float*, double*, std::string*, std::vector<std::string>*, EnumMember> member;
   std::string comment;  ///< one line, for a person
   OptionRange range{};
 };

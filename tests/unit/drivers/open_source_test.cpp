@@ -28,11 +28,12 @@ TEST(OpenSource, AReplayUriOpensARecordingWhosePathHoldsAColon) {
   EXPECT_EQ((*source)->info().frame_count, 1);
 }
 
-TEST(OpenSource, DriversThatAreLeftOutSayWhatIsThere) {
+TEST(OpenSource, ADriverNamesItsDeviceOrIsLeftOutAndSaysWhatIsThere) {
   for (const std::string kind : {"openni2", "v4l2", "libcamera", "lcm"}) {
-    const Error error = error_of(kind + ":/dev/video0");
-    EXPECT_EQ(error.code, ErrorCode::kUnsupported);
-    EXPECT_THAT(error.message, AllOf(HasSubstr("no " + kind + " driver"), HasSubstr("replay:FORMAT:PATH")));
+    const Error error = error_of(kind + ":/no/such/device");
+    const bool left_out = error.message.find("no " + kind + " driver") != std::string::npos;
+    EXPECT_THAT(error.message, HasSubstr(left_out ? "replay:FORMAT:PATH" : "/no/such/device"));
+    EXPECT_EQ(error.code == ErrorCode::kUnsupported, left_out) << error.message;
   }
 }
 

@@ -23,6 +23,7 @@ struct Nested {
   int count = 3;
   double length_m = 1.25;
   std::string name = "a \"b\"";
+  std::vector<std::string> list = {"x=1", "y \"z\""};
   Colour colour = Colour::kRed;
 };
 
@@ -33,6 +34,7 @@ OptionTable bind(Nested& n) {
             {"count", &n.count, "how many", {1, 10}},
             {"length_m", &n.length_m, "length"},
             {"name", &n.name, "a name"},
+            {"list", &n.list, "some names"},
             {"colour", by_name(&n.colour, {{"red", Colour::kRed}, {"green", Colour::kGreen}}), "which"}}},
           {"outer.inner", "Inner.", {{"gain", &n.inner.gain, "gain", {0, 1}}}}};
 }
@@ -60,6 +62,24 @@ TEST_F(OptionTableTest, EveryTypeIsRead) {
   EXPECT_EQ(n_.name, "x");
   EXPECT_EQ(n_.colour, Colour::kGreen);
   EXPECT_EQ(n_.inner.gain, 0.25F);
+}
+
+TEST_F(OptionTableTest, AListOfStringsIsReadWrittenAndAssigned) {
+  ASSERT_TRUE(read("[outer]\nlist = ['a', 'b=2']\n"));
+  EXPECT_THAT(n_.list, ElementsAre("a", "b=2"));
+  const std::string text = to_toml(bind(n_));
+  EXPECT_THAT(text, HasSubstr("list = [\"a\", \"b=2\"]\n"));
+  ASSERT_TRUE(assign("outer.list=[]", bind(n_), &problems_));
+  EXPECT_THAT(n_.list, ElementsAre());
+  EXPECT_THAT(to_toml(bind(n_)), HasSubstr("list = []\n"));
+}
+
+TEST_F(OptionTableTest, AListOfAnythingElseIsRefused) {
+  for (const std::string wrong : {"'a'", "[1, 2]", "['a', 1]", "{}"}) {
+    problems_.clear();
+    EXPECT_FALSE(read("[outer]\nlist = " + wrong + "\n")) << wrong;
+    EXPECT_THAT(problems_, ElementsAre(HasSubstr("expected a list of strings"))) << wrong;
+  }
 }
 
 TEST_F(OptionTableTest, AnEmptyFileKeepsTheDefaults) {
