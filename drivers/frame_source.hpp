@@ -12,6 +12,8 @@
 #include "core/geometry/camera.hpp"
 #include "core/geometry/camera_calibration.hpp"
 #include "core/geometry/raw_frame.hpp"
+#include "drivers/lcm/lcm_in_options.hpp"
+#include "drivers/libcamera/libcamera_options.hpp"
 #include "drivers/openni2/openni2_options.hpp"
 #include "drivers/v4l2/v4l2_options.hpp"
 
@@ -48,6 +50,8 @@ struct SourceOptions {
   std::uint64_t seed = 1;  ///< noise of synthetic sources
   OpenNi2Options openni2;
   V4l2Options v4l2;
+  LibcameraOptions libcamera;
+  LcmInOptions lcm_in;
 };
 
 class FrameSource {

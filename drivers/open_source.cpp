@@ -6,9 +6,13 @@
 
 #include "drivers/assemble_source.hpp"
 #include "drivers/frame_source.hpp"
+#include "drivers/lcm/open_lcm.hpp"
 #include "drivers/paired_source.hpp"
 #include "drivers/replay/replay_source.hpp"
 #include "drivers/synth/synth_source.hpp"
+#ifdef LOOPSIFT_HAVE_OPENNI2
+#include "drivers/openni2/openni2_source.hpp"
+#endif
 #ifdef LOOPSIFT_HAVE_V4L2
 #include "drivers/v4l2/v4l2_source.hpp"
 #endif
@@ -17,13 +21,16 @@ namespace loopsift {
 namespace {
 
 constexpr std::string_view kAvailable =
-    "replay:FORMAT:PATH (tum, 7scenes, redwood, sun3d, klg), synth:SCENE"
+    "replay:FORMAT:PATH (tum, 7scenes, redwood, sun3d, klg), synth:SCENE, lcm:CHANNEL"
+#ifdef LOOPSIFT_HAVE_OPENNI2
+    ", openni2: (a camera), openni2:FILE.oni"
+#endif
 #ifdef LOOPSIFT_HAVE_V4L2
     ", v4l2:/dev/videoN"
 #endif
     ;
 // Sources that the program may have, but this build has not.
-constexpr std::array<std::string_view, 4> kLeftOut = {"openni2", "v4l2", "libcamera", "lcm"};
+constexpr std::array<std::string_view, 3> kLeftOut = {"openni2", "v4l2", "libcamera"};
 
 // "head:tail" at the first colon; everything is head where there is none.
 struct Parts {
@@ -42,6 +49,10 @@ Expected<std::unique_ptr<FrameSource>> open_driver(const std::string& uri, const
     return open_replay(format.head, format.tail, options);
   }
   if (parts.head == "synth") return open_synth(parts.tail, options);
+  if (parts.head == "lcm") return open_lcm(parts.tail, options);
+#ifdef LOOPSIFT_HAVE_OPENNI2
+  if (parts.head == "openni2") return open_openni2(parts.tail, options);
+#endif
 #ifdef LOOPSIFT_HAVE_V4L2
   if (parts.head == "v4l2") return open_v4l2(parts.tail, options);
 #endif

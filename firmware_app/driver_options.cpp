@@ -39,10 +39,22 @@ OptionSection v4l2_section(V4l2Options& o) {
           }};
 }
 
+OptionSection lcm_in_section(LcmInOptions& o) {
+  return {"lcm_in",
+          "Images and odometry of other programs, over LCM (docs/drivers.md).",
+          {
+              {"url", &o.url, "LCM provider; whole images need a large receive buffer"},
+              {"open_timeout_s", &o.open_timeout_s, "for the first message", {0.01, 1e6}},
+              {"rate_hz", &o.rate_hz, "of the images; what source.stall_periods counts", {0.01, 1000}},
+              {"host_clock", &o.host_clock,
+               "utime is this computer's wall clock: turn it into the clock of its cameras"},
+          }};
+}
+
 }  // namespace
 
 OptionTable driver_sections(SourceOptions& options) {
-  return {openni2_section(options.openni2), v4l2_section(options.v4l2)};
+  return {openni2_section(options.openni2), v4l2_section(options.v4l2), lcm_in_section(options.lcm_in)};
 }
 
 }  // namespace loopsift

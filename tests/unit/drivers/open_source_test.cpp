@@ -29,7 +29,7 @@ TEST(OpenSource, AReplayUriOpensARecordingWhosePathHoldsAColon) {
 }
 
 TEST(OpenSource, ADriverNamesItsDeviceOrIsLeftOutAndSaysWhatIsThere) {
-  for (const std::string kind : {"openni2", "v4l2", "libcamera", "lcm"}) {
+  for (const std::string kind : {"openni2", "v4l2", "libcamera"}) {
     const Error error = error_of(kind + ":/no/such/device");
     const bool left_out = error.message.find("no " + kind + " driver") != std::string::npos;
     EXPECT_THAT(error.message, HasSubstr(left_out ? "replay:FORMAT:PATH" : "/no/such/device"));
