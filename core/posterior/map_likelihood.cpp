@@ -9,7 +9,13 @@
 namespace loopsift {
 namespace {
 
-bool same_pose(const Se3& a, const Se3& b) { return a.matrix() == b.matrix(); }
+constexpr std::size_t kImages = 3;  // of a view: odometry best trial
+
+bool same_poses(const std::vector<Se3>& a, Span<const Se3> b) {
+  return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), [](const Se3& x, const Se3& y) {
+           return x.rotation() == y.rotation() && x.translation() == y.translation();
+         });
+}
 
 double mean_residual(const ScoredView& view, const ImageView<float>& others) {
   return mean_over_rows(others.height, [&](int y) {
@@ -42,12 +48,13 @@ MapLikelihood::MapLikelihood(const MapScorer& scorer, Arena& arena) : scorer_(sc
             static_cast<std::size_t>(options.max_view_height);
   const std::size_t fragments = static_cast<std::size_t>(options.max_fragments);
   const std::size_t views = fragments * static_cast<std::size_t>(options.max_views_per_fragment);
-  store_ = arena.carve<float>("posterior/references", views * 2 * pixels_);
+  store_ = arena.carve<float>("posterior/references", views * kImages * pixels_);
   scratch_ = arena.carve<float>("posterior/reference layers", 2 * pixels_);
   if (arena.measuring()) return;
   kept_.reserve(views);
   T_odometry_.reserve(fragments);
   T_best_.reserve(fragments);
+  T_trial_.reserve(fragments);
 }
 
 ImageView<float> MapLikelihood::scratch(const ScoredView& view, std::size_t which) const {
@@ -62,16 +69,16 @@ Span<const Se3> MapLikelihood::poses(Reference reference) const {
 void MapLikelihood::keep_views() {
   for (std::size_t v = kept_.size(); v < static_cast<std::size_t>(scorer_.view_count()); ++v) {
     const PinholeCamera& camera = scorer_.view(v).camera;
-    float* images = store_.data() + v * 2 * pixels_;
-    kept_.push_back({padded_image(images, camera), padded_image(images + pixels_, camera)});
+    float* images = store_.data() + v * kImages * pixels_;
+    kept_.push_back({padded_image(images, camera), padded_image(images + pixels_, camera),
+                     padded_image(images + 2 * pixels_, camera)});
   }
 }
 
 double MapLikelihood::set_odometry_map(Span<const Se3> T_map_fragment) {
   assert(T_map_fragment.size() == static_cast<std::size_t>(scorer_.fragment_count()));
-  const bool grown = T_map_fragment.size() >= T_odometry_.size() &&
-                     std::equal(T_odometry_.begin(), T_odometry_.end(), T_map_fragment.begin(), same_pose);
-  const std::size_t fragments_known = grown ? T_odometry_.size() : 0;
+  std::size_t fragments_known = std::min(T_odometry_.size(), T_map_fragment.size());
+  if (!same_poses(T_odometry_, T_map_fragment.first(fragments_known))) fragments_known = 0;
   T_odometry_.assign(T_map_fragment.begin(), T_map_fragment.end());
   best_is_odometry_ = true;
   keep_views();
@@ -92,7 +99,8 @@ double MapLikelihood::set_odometry_map(Span<const Se3> T_map_fragment) {
 
 void MapLikelihood::set_best_map(Span<const Se3> T_map_fragment) {
   assert(T_map_fragment.size() == T_odometry_.size());
-  best_is_odometry_ = std::equal(T_odometry_.begin(), T_odometry_.end(), T_map_fragment.begin(), same_pose);
+  best_is_odometry_ = same_poses(T_odometry_, T_map_fragment);
+  best_trial_ = same_poses(T_trial_, T_map_fragment) ? trial_number_ : 0;
   T_best_.assign(T_map_fragment.begin(), T_map_fragment.end());
   for (KeptView& kept : kept_) kept.best_known = false;
 }
@@ -102,8 +110,9 @@ void MapLikelihood::render_best(std::size_t v) {
   KeptView& kept = kept_[v];
   if (kept.best_known) return;
   const ScoredView& view = scorer_.view(v);
-  const ImageView<float> others = scratch(view, 0);
-  scorer_.render_others(view, T_best_, others);
+  const bool rendered = best_trial_ > 0 && kept.trial_number == best_trial_;
+  const ImageView<float> others = rendered ? kept.trial : scratch(view, 0);
+  if (!rendered) scorer_.render_others(view, T_best_, others);
   support_nothing(kept.best);
   keep_residuals(view, kept.odometry, kept.best);
   kept.best_mean = static_cast<float>(mean_residual(view, others, kept.best));
@@ -118,19 +127,27 @@ double MapLikelihood::of_reference(Reference reference, std::size_t v) {
   return in_square_metres(static_cast<double>(kept_[v].best_mean));
 }
 
+void MapLikelihood::begin_trial(Span<const Se3> T_map_fragment) {
+  if (same_poses(T_trial_, T_map_fragment)) return;
+  T_trial_.assign(T_map_fragment.begin(), T_map_fragment.end());
+  ++trial_number_;
+}
+
 double MapLikelihood::of_map(Reference reference, std::size_t v, Span<const Se3> T_map_fragment) {
   const ScoredView& view = scorer_.view(v);
+  KeptView& kept = kept_[v];
   ImageView<float> support = scratch(view, 1);
   if (reference == Reference::kOdometry || best_is_odometry_) {
     support_nothing(support);
-    keep_residuals(view, kept_[v].odometry, support);
+    keep_residuals(view, kept.odometry, support);
   } else {
     render_best(v);
-    support = kept_[v].best;
+    support = kept.best;
   }
-  const ImageView<float> others = scratch(view, 0);
-  scorer_.render_others(view, T_map_fragment, others);
-  return in_square_metres(mean_residual(view, others, support));
+  begin_trial(T_map_fragment);
+  scorer_.render_others(view, T_map_fragment, kept.trial);
+  kept.trial_number = trial_number_;
+  return in_square_metres(mean_residual(view, kept.trial, support));
 }
 
 }  // namespace loopsift

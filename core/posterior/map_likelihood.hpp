@@ -56,6 +56,8 @@ class MapLikelihood {
   struct KeptView {
     ImageView<float> odometry;  // inverse depth that other fragments predict in the odometry's map
     ImageView<float> best;      // |residual| of supported pixels in the best map; negative: not supported
+    ImageView<float> trial;     // inverse depth of others in the newest trial that saw this view
+    int trial_number = 0;
     float odometry_mean = 0, best_mean = 0;  // residuals, metres
     bool best_known = false;
   };
@@ -63,13 +65,16 @@ class MapLikelihood {
   [[nodiscard]] double in_square_metres(double mean) const { return 2.0 * scorer_.own_residual() * mean; }
   void keep_views();
   void render_best(std::size_t view);
+  void begin_trial(Span<const Se3> T_map_fragment);
 
   const MapScorer& scorer_;
   std::size_t pixels_ = 0;  // of an image
-  Span<float> store_;       // two images of every view
+  Span<float> store_;       // three images of every view
   Span<float> scratch_;     // two more
   std::vector<KeptView> kept_;
-  std::vector<Se3> T_odometry_, T_best_;
+  std::vector<Se3> T_odometry_, T_best_, T_trial_;
+  int trial_number_ = 0;  // of T_trial_
+  int best_trial_ = 0;    // number of the trial that the best map was; 0: none
   bool best_is_odometry_ = true;
 };
 

@@ -165,6 +165,23 @@ TEST(MapLikelihood, TheOrderOfQuestionsDoesNotMatter) {
   EXPECT_EQ(up, down);
 }
 
+TEST(MapLikelihood, ATrialThatBecomesTheBestMapIsWorthTheSameWithoutBeingDrawnAgain) {
+  const FragmentWorld world;
+  const InArena<MapScorer> scorer = scorer_of(world);
+  const Likelihood tried(*scorer), fresh(*scorer);
+  std::vector<Se3> other = world.truth();
+  other[3] = other[3] * shifted(0.05, 0, 0);
+  for (const Likelihood* likelihood : {&tried, &fresh})
+    (void)(*likelihood)->set_odometry_map(world.odometry());
+  (void)tried.of_map(Reference::kBest, world.truth());
+  for (std::size_t v = 0; v < 3; ++v) (void)tried->of_map(Reference::kBest, v, other);  // a later trial
+  for (std::size_t v = 0; v < 6; ++v) (void)tried->of_map(Reference::kOdometry, v, world.truth());
+  tried->set_best_map(world.truth());
+  fresh->set_best_map(world.truth());
+  EXPECT_EQ(tried.of_reference(Reference::kBest), fresh.of_reference(Reference::kBest));
+  EXPECT_EQ(tried.of_map(Reference::kBest, other), fresh.of_map(Reference::kBest, other));
+}
+
 TEST(MapLikelihood, CarvesWhatItMeasured) {
   const InArena<MapScorer> scorer(small_options());
   const InArena<MapLikelihood> likelihood(std::cref(*scorer));
