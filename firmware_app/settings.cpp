@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "firmware_app/camera_file.hpp"
 #include "firmware_app/driver_options.hpp"
 #include "firmware_app/option_table.hpp"
 #include "firmware_app/stage_options.hpp"
@@ -32,24 +33,27 @@ OptionSection run_section(RunSettings& s) {
 }
 
 OptionSection camera_section(CameraSettings& s) {
-  return {"camera",
-          "The depth camera. A zero is replaced by what the source says about itself.",
-          {
-              {"fx", &s.model.fx, "focal length, pixels", {0, 1e5}},
-              {"fy", &s.model.fy, "focal length, pixels", {0, 1e5}},
-              {"cx", &s.model.cx, "principal point, pixels, pixel centres at integers", {0, 1e5}},
-              {"cy", &s.model.cy, "principal point, pixels, pixel centres at integers", {0, 1e5}},
-              {"width", &s.model.width, "pixels", {0, 8192}},
-              {"height", &s.model.height, "pixels", {0, 8192}},
-              {"depth_scale", &s.depth_scale, "raw depth units per metre", {0, 1e6}},
-              {"min_depth_m", &s.min_depth_m, "nearer measurements are not used", {0, 100}},
-              {"max_depth_m", &s.max_depth_m, "farther measurements are not used", {0, 100}},
-              {"noise_floor_m",
-               &s.noise_floor_m,
-               "a measurement's σ: floor + slope · (depth − 0.4 m)²",
-               {1e-6, 1}},
-              {"noise_slope_per_m", &s.noise_slope_per_m, "with what the calibration leaves over", {0, 1}},
-          }};
+  return {
+      "camera",
+      "The depth camera. A zero is replaced by what the source says about itself.",
+      {
+          {"fx", &s.model.fx, "focal length, pixels", {0, 1e5}},
+          {"fy", &s.model.fy, "focal length, pixels", {0, 1e5}},
+          {"cx", &s.model.cx, "principal point, pixels, pixel centres at integers", {0, 1e5}},
+          {"cy", &s.model.cy, "principal point, pixels, pixel centres at integers", {0, 1e5}},
+          {"width", &s.model.width, "pixels", {0, 8192}},
+          {"height", &s.model.height, "pixels", {0, 8192}},
+          {"depth_scale", &s.depth_scale, "raw depth units per metre", {0, 1e6}},
+          {"file", &s.file, "the sensor's calibration (docs/calibration.md); empty: none"},
+          {"color_source", &s.color_source, "URI of another camera for the colour; empty: the source's own"},
+          {"min_depth_m", &s.min_depth_m, "nearer measurements are not used", {0, 100}},
+          {"max_depth_m", &s.max_depth_m, "farther measurements are not used", {0, 100}},
+          {"noise_floor_m",
+           &s.noise_floor_m,
+           "a measurement's σ: floor + slope · (depth − 0.4 m)²",
+           {1e-6, 1}},
+          {"noise_slope_per_m", &s.noise_slope_per_m, "with what the calibration leaves over", {0, 1}},
+      }};
 }
 
 OptionSection replay_section(ReplaySettings& s) {
@@ -201,6 +205,8 @@ Expected<Settings> load_settings(const std::string& path, const std::vector<std:
   std::vector<std::string> problems;
   if (!path.empty()) read_toml_file(path, table, &problems);
   for (const std::string& assignment : assignments) assign(assignment, table, &problems);
+  if (!settings.camera.file.empty())
+    read_camera_file(settings.camera.file, &settings.source.calibration, &problems);
   finalize(&settings);
   check_together(settings, &problems);
   if (problems.empty()) return settings;
@@ -217,6 +223,7 @@ void finalize(Settings* settings) {
   PosteriorOptions& posterior = s.back_end.posterior;
   s.source.camera = s.camera.model;
   s.source.depth_scale = s.camera.depth_scale;
+  s.source.color_source = s.camera.color_source;
   s.source.rate_hz = s.replay.rate_hz;
   frame.min_depth_m = posterior.min_depth_m = s.camera.min_depth_m;
   frame.max_depth_m = posterior.max_depth_m = s.camera.max_depth_m;

@@ -34,8 +34,10 @@ struct RunSettings {
 };
 
 struct CameraSettings {
-  PinholeCamera model;     ///< members that are 0 are taken from the source
-  double depth_scale = 0;  ///< raw units per metre; 0: from the source
+  PinholeCamera model;       ///< members that are 0 are taken from the source
+  double depth_scale = 0;    ///< raw units per metre; 0: from the source
+  std::string file;          ///< the sensor's calibration (camera_file.hpp); empty: none
+  std::string color_source;  ///< URI of the camera that gives the colour; empty: the source itself
   float min_depth_m = FrameOptions{}.min_depth_m;
   float max_depth_m = FrameOptions{}.max_depth_m;
   float noise_floor_m = OdometryOptions{}.noise_floor_m;  ///< σ(z) as in OdometryOptions
