@@ -2,7 +2,7 @@
 #include "tools/evaluation/point_ply.hpp"
 
 #include <algorithm>
-#include <array>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <fstream>
@@ -39,7 +39,7 @@ struct Header {
   std::size_t vertices = 0;
   std::size_t stride = 0;  // bytes of a binary vertex
   std::vector<Property> properties;
-  std::array<std::size_t, 3> xyz{};  // indices into properties
+  std::vector<std::size_t> wanted;  // indices into properties
 };
 
 Error format_error(const std::string& path, const std::string& what) {
@@ -60,19 +60,19 @@ Status add_property(const std::string& path, std::istream& words, Header* header
   return {};
 }
 
-Status find_xyz(const std::string& path, Header* header) {
-  constexpr std::array<const char*, 3> kNames = {"x", "y", "z"};
-  for (std::size_t k = 0; k < 3; ++k) {
+Status find(const std::string& path, const std::vector<std::string>& names, Header* header) {
+  for (const std::string& name : names) {
     const auto found = std::find_if(header->properties.begin(), header->properties.end(),
-                                    [&](const Property& p) { return p.name == kNames[k]; });
+                                    [&](const Property& p) { return p.name == name; });
     if (found == header->properties.end())
-      return format_error(path, std::string("its vertices have no property '") + kNames[k] + "'");
-    header->xyz[k] = static_cast<std::size_t>(found - header->properties.begin());
+      return format_error(path, "its vertices have no property '" + name + "'");
+    header->wanted.push_back(static_cast<std::size_t>(found - header->properties.begin()));
   }
   return {};
 }
 
-Expected<Header> read_header(const std::string& path, std::istream& in) {
+Expected<Header> read_header(const std::string& path, const std::vector<std::string>& names,
+                             std::istream& in) {
   Header header;
   std::string line, element;
   if (!std::getline(in, line) || line.rfind("ply", 0) != 0) return format_error(path, "is not a PLY file");
@@ -81,7 +81,7 @@ Expected<Header> read_header(const std::string& path, std::istream& in) {
     std::string key, value;
     words >> key;
     if (key == "end_header") {
-      if (const Status status = find_xyz(path, &header); !status.ok()) return status.error();
+      if (const Status status = find(path, names, &header); !status.ok()) return status.error();
       return header;
     }
     if (key == "format") {
@@ -130,50 +130,69 @@ float load(Scalar type, const char* bytes) {
   return 0;
 }
 
-/// The next vertex; false at the end of the file.
+/// The next vertex's wanted values; false at the end of the file.
 bool read_vertex(const Header& header, std::istream& in, std::vector<char>* bytes, std::vector<float>* values,
-                 Eigen::Vector3f* point) {
+                 std::vector<float>* wanted) {
   if (header.binary) {
     if (!in.read(bytes->data(), static_cast<std::streamsize>(header.stride))) return false;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Property& p = header.properties[header.xyz[k]];
-      (*point)[static_cast<Eigen::Index>(k)] = load(p.scalar->type, bytes->data() + p.offset);
+    for (std::size_t k = 0; k < wanted->size(); ++k) {
+      const Property& p = header.properties[header.wanted[k]];
+      (*wanted)[k] = load(p.scalar->type, bytes->data() + p.offset);
     }
     return true;
   }
   for (float& value : *values)
     if (!(in >> value)) return false;
-  for (std::size_t k = 0; k < 3; ++k) (*point)[static_cast<Eigen::Index>(k)] = (*values)[header.xyz[k]];
+  for (std::size_t k = 0; k < wanted->size(); ++k) (*wanted)[k] = (*values)[header.wanted[k]];
   return true;
+}
+
+/// Calls take(values) for each vertex.
+template <class Take>
+Status for_each_vertex(const std::string& path, const std::vector<std::string>& names, const Take& take) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) return Error{ErrorCode::kNotFound, path + ": cannot be opened; check the path"};
+  const auto header = read_header(path, names, in);
+  if (!header.ok()) return header.error();
+  std::vector<char> bytes(header->stride);
+  std::vector<float> values(header->properties.size()), wanted(names.size());
+  for (std::size_t k = 0; k < header->vertices; ++k) {
+    if (!read_vertex(*header, in, &bytes, &values, &wanted))
+      return format_error(path, "holds " + std::to_string(k) + " of the " + std::to_string(header->vertices) +
+                                    " vertices that its header promises; it is truncated");
+    if (!std::all_of(wanted.begin(), wanted.end(), [](float v) { return std::isfinite(v); }))
+      return format_error(path, "vertex " + std::to_string(k) + " is not finite");
+    take(wanted);
+  }
+  return {};
 }
 
 }  // namespace
 
 Expected<std::vector<Eigen::Vector3f>> read_ply_points(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) return Error{ErrorCode::kNotFound, path + ": cannot be opened; check the path"};
-  const auto header = read_header(path, in);
-  if (!header.ok()) return header.error();
-  std::vector<char> bytes(header->stride);
-  std::vector<float> values(header->properties.size());
   std::vector<Eigen::Vector3f> points;
-  for (std::size_t k = 0; k < header->vertices; ++k) {
-    Eigen::Vector3f point;
-    if (!read_vertex(*header, in, &bytes, &values, &point))
-      return format_error(path, "holds " + std::to_string(k) + " of the " + std::to_string(header->vertices) +
-                                    " vertices that its header promises; it is truncated");
-    if (!point.allFinite()) return format_error(path, "vertex " + std::to_string(k) + " is not finite");
-    points.push_back(point);
-  }
+  const Status read = for_each_vertex(
+      path, {"x", "y", "z"}, [&](const std::vector<float>& v) { points.emplace_back(v[0], v[1], v[2]); });
+  if (!read) return read.error();
   return points;
 }
 
-Expected<std::vector<double>> read_fragment_times(const std::string& path) {
+Expected<std::vector<std::vector<float>>> read_ply_columns(const std::string& path,
+                                                           const std::vector<std::string>& names) {
+  std::vector<std::vector<float>> columns(names.size());
+  const Status read = for_each_vertex(path, names, [&](const std::vector<float>& v) {
+    for (std::size_t c = 0; c < columns.size(); ++c) columns[c].push_back(v[c]);
+  });
+  if (!read) return read.error();
+  return columns;
+}
+
+Expected<std::vector<PlyFragment>> read_ply_fragments(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
   if (!in) return Error{ErrorCode::kNotFound, path + ": cannot be opened; check the path"};
   std::string line;
   if (!std::getline(in, line) || line.rfind("ply", 0) != 0) return format_error(path, "is not a PLY file");
-  std::vector<double> times;
+  std::vector<PlyFragment> fragments;
   while (std::getline(in, line) && line != "end_header") {
     std::istringstream words(line);
     std::string comment, fragment, surfels, first_frame;
@@ -181,10 +200,10 @@ Expected<std::vector<double>> read_fragment_times(const std::string& path) {
     double time_s = 0;
     if (words >> comment >> fragment >> id >> surfels >> count >> first_frame >> time_s &&
         comment == "comment" && fragment == "fragment" && first_frame == "first_frame_s" &&
-        id == times.size())
-      times.push_back(time_s);
+        id == fragments.size())
+      fragments.push_back({time_s, count});
   }
-  return times;
+  return fragments;
 }
 
 }  // namespace loopsift

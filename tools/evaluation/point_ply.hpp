@@ -15,8 +15,17 @@ namespace loopsift {
 /// finite.
 [[nodiscard]] Expected<std::vector<Eigen::Vector3f>> read_ply_points(const std::string& path);
 
-/// When each fragment of a map.ply begins, seconds, from the header (core/fragment/surfel_ply.hpp); empty
-/// when it does not say. Errors: the file is not there, or no PLY.
-[[nodiscard]] Expected<std::vector<double>> read_fragment_times(const std::string& path);
+/// The named properties of the vertices, one column for each name. Reads and refuses the same files.
+[[nodiscard]] Expected<std::vector<std::vector<float>>> read_ply_columns(
+    const std::string& path, const std::vector<std::string>& names);
+
+/// Consecutive surfels of a map.ply that are of one fragment.
+struct PlyFragment {
+  double first_frame_s = 0;  ///< when it begins
+  std::size_t surfels = 0;
+};
+/// From the header (core/fragment/surfel_ply.hpp), in order; empty when it does not say. Errors: the file is
+/// not there, or no PLY.
+[[nodiscard]] Expected<std::vector<PlyFragment>> read_ply_fragments(const std::string& path);
 
 }  // namespace loopsift

@@ -2,6 +2,7 @@
 #include "tools/loopsift_tool/command_support.hpp"
 
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 
 namespace loopsift::tool {
@@ -49,6 +50,13 @@ int show_figures(const std::vector<Figure>& figures, const std::string& json_pat
   }
   const Status written = write_json(json_path, json);
   return written.ok() ? kExitDone : fail(written.error());
+}
+
+Status make_folder(const std::string& path) {
+  std::error_code error;
+  std::filesystem::create_directories(path, error);
+  if (!error) return {};
+  return Error{ErrorCode::kIo, path + ": the folder for the results cannot be made: " + error.message()};
 }
 
 Status write_json(const std::string& path, const nlohmann::ordered_json& json) {

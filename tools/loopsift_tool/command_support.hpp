@@ -36,6 +36,9 @@ struct Figure {
 /// empty). Returns the exit code.
 [[nodiscard]] int show_figures(const std::vector<Figure>& figures, const std::string& json_path);
 
+/// Makes a folder for results, and those above it, where they are not there yet.
+[[nodiscard]] Status make_folder(const std::string& path);
+
 /// Writes `json`, indented, to the file that --json named; an empty path writes nothing.
 [[nodiscard]] Status write_json(const std::string& path, const nlohmann::ordered_json& json);
 

@@ -45,24 +45,23 @@ int show(const Expected<DmpFigures>& figures, const DmpOptions& options) {
 }
 
 Expected<DmpFigures> reduced(FrameSource& source, const GivenOdometry& odometry,
-                             const OfflineMapOptions& options) {
+                             const OfflineMapOptions& options, const HeatmapOptions& heatmaps) {
   const auto map = OfflineMap::build(source, odometry, options);
   if (!map) return map.error();
   const PoseGraph& graph = (*map)->back_end(0).odometry_graph();
-  return reduced_dmp(**map, fragment_poses(graph, graph.T_map_node));
+  return reduced_dmp(**map, fragment_poses(graph, graph.T_map_node), heatmaps);
 }
 
 int dmp(const DmpOptions& options) {
   if (const Status valid = validate(options.map); !valid) return fail(valid.error());
-  if (!options.full && !options.full_options.heatmap_folder.empty())
-    return fail({ErrorCode::kUsage, "--heatmap draws residuals at full resolution; give --full with it"});
   SourceOptions source_options;
   source_options.want_color = false;
   const auto source = open_source(options.source, source_options);
   if (!source) return fail_to_open_source(source.error());
   const auto odometry = GivenOdometry::open(options.trajectory, "");
   if (!odometry) return fail(odometry.error());
-  if (!options.full) return show(reduced(**source, *odometry, options.map), options);
+  if (!options.full)
+    return show(reduced(**source, *odometry, options.map, options.full_options.heatmaps), options);
   const auto again = open_source(options.source, source_options);
   if (!again) return fail_to_open_source(again.error());
   FullDmpOptions full = options.full_options;
@@ -92,13 +91,18 @@ void add_dmp_command(CLI::App& app, int* exit_code) {
   command
       ->add_option("--views", options->map.views, "frames per fragment that are scored, in the reduced form")
       ->capture_default_str();
+  command
+      ->add_option("--view-width", options->map.view_width,
+                   "pixels that these frames are reduced to; values of different widths do not compare")
+      ->capture_default_str();
   command->add_flag("--per-view", options->per_view, "each view's part, too");
   command->add_option(
-      "--heatmap", options->full_options.heatmap_folder,
-      "with --full: a folder for pictures of the residual. White: map and measurement agree; red: "
-      "the map is in front, blue: behind, full colour at 10 cm; grey: not predicted");
+      "--heatmap", options->full_options.heatmaps.folder,
+      "a folder for pictures of the residual: of the reduced views, or with --full of the frames. White: map "
+      "and measurement agree; red: the map is in front, blue: behind, full colour at 10 cm; grey: not "
+      "predicted");
   command
-      ->add_option("--heatmap-every", options->full_options.heatmap_every,
+      ->add_option("--heatmap-every", options->full_options.heatmaps.every,
                    "frames from one picture to the next")
       ->capture_default_str()
       ->check(CLI::PositiveNumber);

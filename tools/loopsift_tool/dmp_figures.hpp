@@ -3,8 +3,10 @@
 // reconstruction and mapping performance with no ground truthing" (2021).
 #pragma once
 #include <cstdint>
+#include <string>
 #include <vector>
 
+#include "core/base/result.hpp"
 #include "core/geometry/se3.hpp"
 
 namespace loopsift::tool {
@@ -26,7 +28,15 @@ struct DmpFigures {
   std::vector<ViewDmp> per_view;  ///< in order of time
 };
 
-/// The reduced form: the map's score views, its fragments at these poses.
-[[nodiscard]] DmpFigures reduced_dmp(OfflineMap& map, const std::vector<Se3>& T_map_fragment);
+/// Pictures of the residual (residual_image.hpp).
+struct HeatmapOptions {
+  std::string folder;  ///< made when missing; frame-NNNNNN.png go there; empty: none
+  int every = 10;      ///< frames from one picture to the next
+};
+
+/// The reduced form: the map's score views, its fragments at these poses. Pictures have the size of the
+/// views. Error: a picture that cannot be written.
+[[nodiscard]] Expected<DmpFigures> reduced_dmp(OfflineMap& map, const std::vector<Se3>& T_map_fragment,
+                                               const HeatmapOptions& heatmaps);
 
 }  // namespace loopsift::tool

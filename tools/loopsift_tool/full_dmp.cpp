@@ -3,12 +3,12 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <deque>
-#include <filesystem>
 #include <vector>
 
 #include "core/fragment/active_surfels.hpp"
 #include "core/posterior/disc_renderer.hpp"
+#include "tools/loopsift_tool/command_support.hpp"
+#include "tools/loopsift_tool/disc_set.hpp"
 #include "tools/loopsift_tool/posed_sequence.hpp"
 #include "tools/loopsift_tool/residual_image.hpp"
 #include "tools/loopsift_tool/ticker.hpp"
@@ -21,27 +21,8 @@ constexpr std::size_t kBatch = 16;  // frames scored at a time
 // A fragment's surfels where the odometry has them.
 struct FineFragment {
   Se3 T_odom_fragment;
-  std::vector<float> values;  // x y z nx ny nz radius
-  std::vector<SurfelChunk> chunks;
-  ScoreSurfels surfels;
+  DiscSet discs;
 };
-
-void copy_surfels(const SurfelSpan& from, FineFragment* to) {
-  to->values.resize(7 * from.size());
-  to->chunks.resize((from.size() + kChunkSize - 1) / kChunkSize);
-  ScoreSurfels& s = to->surfels;
-  float* next = to->values.data();
-  const auto take = [&](Span<float>* target, const Span<float>& source) {
-    std::copy(source.begin(), source.end(), next);
-    *target = {next, source.size()};
-    next += source.size();
-  };
-  take(&s.x, from.x), take(&s.y, from.y), take(&s.z, from.z);
-  take(&s.nx, from.nx), take(&s.ny, from.ny), take(&s.nz, from.nz);
-  take(&s.radius, from.radius);
-  s.chunks = to->chunks;
-  bound_chunks(&s);
-}
 
 FrameOptions frame_options(const FullDmpOptions& o) {
   FrameOptions options;
@@ -81,20 +62,18 @@ class FineFusion {
   void close() {
     if (frames_ == 0) return;
     active_.drop_seldom_seen(std::min(options_.min_frames_seen, frames_));
-    map_.emplace_back();
-    map_.back().T_odom_fragment = T_odom_fragment_;
-    copy_surfels(active_.surfels(), &map_.back());
+    map_.push_back({T_odom_fragment_, DiscSet::of(active_.surfels())});
     active_.clear();
     frames_ = 0;
   }
-  [[nodiscard]] const std::deque<FineFragment>& map() const { return map_; }
+  [[nodiscard]] const std::vector<FineFragment>& map() const { return map_; }
   [[nodiscard]] std::uint64_t refused() const { return active_.refused(); }
 
  private:
   FragmentOptions options_;
   FramePreprocessor preprocessor_;
   ActiveSurfels active_;
-  std::deque<FineFragment> map_;
+  std::vector<FineFragment> map_;
   Se3 T_odom_fragment_;
   int current_ = -1, frames_ = 0;
 };
@@ -140,14 +119,14 @@ bool in_range(double depth_m, const FullDmpOptions& o) {
   return depth_m > static_cast<double>(o.min_depth_m) && depth_m < static_cast<double>(o.max_depth_m);
 }
 
-void score(const std::deque<FineFragment>& map, const PinholeCamera& camera, const FullDmpOptions& o,
+void score(const std::vector<FineFragment>& map, const PinholeCamera& camera, const FullDmpOptions& o,
            Waiting* frame) {
   const int stride = padded_stride(camera.width);
   std::vector<float> pixels(static_cast<std::size_t>(stride) * static_cast<std::size_t>(camera.height));
   const ImageView<float> inverse_depth(pixels.data(), camera.width, camera.height, stride);
   const Se3 T_camera_odom = frame->T_odom_camera.inverse();
   for (const FineFragment& fragment : map)
-    render_discs(fragment.surfels, T_camera_odom * fragment.T_odom_fragment, camera, o.min_depth_m,
+    render_discs(fragment.discs.discs(), T_camera_odom * fragment.T_odom_fragment, camera, o.min_depth_m,
                  o.max_depth_m, inverse_depth);
   double sum = 0;
   DmpFigures figures;
@@ -166,13 +145,13 @@ void score(const std::deque<FineFragment>& map, const PinholeCamera& camera, con
   figures.per_view.push_back(
       {frame->number.value, frame->number.value / o.fragment_frames, frame->time_s, figures.dmp});
   frame->figures = figures;
-  if (!o.heatmap_folder.empty() && frame->number.value % o.heatmap_every == 0)
+  if (!o.heatmaps.folder.empty() && frame->number.value % o.heatmaps.every == 0)
     frame->picture =
-        write_residual_image(o.heatmap_folder, frame->number.value, frame->depth_m, inverse_depth);
+        write_residual_image(o.heatmaps.folder, frame->number.value, frame->depth_m, inverse_depth);
 }
 
-Status score_batch(const std::deque<FineFragment>& map, const SourceInfo& info, const FullDmpOptions& options,
-                   std::vector<Waiting>* batch, DmpFigures* total) {
+Status score_batch(const std::vector<FineFragment>& map, const SourceInfo& info,
+                   const FullDmpOptions& options, std::vector<Waiting>* batch, DmpFigures* total) {
 #pragma omp parallel for schedule(dynamic)
   for (std::size_t k = 0; k < batch->size(); ++k) score(map, info.camera, options, &(*batch)[k]);
   for (const Waiting& frame : *batch) {
@@ -203,7 +182,7 @@ Status fuse_all(PosedSequence* sequence, std::int64_t frame_count, FineFusion* f
 }
 
 Expected<DmpFigures> score_all(PosedSequence* sequence, const SourceInfo& info,
-                               const std::deque<FineFragment>& map, const FullDmpOptions& options) {
+                               const std::vector<FineFragment>& map, const FullDmpOptions& options) {
   Ticker ticker("scoring frame");
   DmpFigures total;
   std::vector<Waiting> batch;
@@ -233,11 +212,8 @@ Expected<DmpFigures> full_dmp(FrameSource& to_fuse, FrameSource& to_score, const
   if (parts.fusion.map().empty())
     return Error{ErrorCode::kFormat, odometry.extent() + "; no usable frame of '" + info.description +
                                          "' is among them: give the trajectory of this recording"};
-  if (!options.heatmap_folder.empty()) {
-    std::error_code error;
-    std::filesystem::create_directories(options.heatmap_folder, error);
-    if (error) return Error{ErrorCode::kIo, options.heatmap_folder + ": cannot be made: " + error.message()};
-  }
+  if (!options.heatmaps.folder.empty())
+    if (Status made = make_folder(options.heatmaps.folder); !made) return made.error();
   return score_all(&parts.scored, info, parts.fusion.map(), options);
 }
 

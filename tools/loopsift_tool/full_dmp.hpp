@@ -4,9 +4,6 @@
 // core/posterior. Zhang & Chen, "A metric for evaluating 3D reconstruction and mapping performance with no
 // ground truthing" (2021). Desk code: the map is held in memory (28 bytes per surfel), frames are not.
 #pragma once
-#include <cstdint>
-#include <string>
-
 #include "core/base/result.hpp"
 #include "drivers/frame_source.hpp"
 #include "tools/loopsift_tool/dmp_figures.hpp"
@@ -18,9 +15,7 @@ struct FullDmpOptions {
   int fragment_frames = 50;   ///< fused rigidly together
   float min_depth_m = 0.3F;   ///< measured and predicted depth outside [min, max] does not count
   float max_depth_m = 15.0F;  ///< as published
-  std::string
-      heatmap_folder;      ///< made when missing; frame-NNNNNN.png (residual_image.hpp) go there; empty: none
-  int heatmap_every = 10;  ///< frames from one picture to the next
+  HeatmapOptions heatmaps;
 };
 
 /// Fuses all frames of `to_fuse` that have a pose, then scores those of `to_score`, the same recording opened

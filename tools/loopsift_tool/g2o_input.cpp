@@ -11,11 +11,6 @@ namespace {
 
 constexpr std::int64_t kSameFrame_ns = 5'000'000;
 
-bool has_times(const PoseGraph& graph) {
-  return std::any_of(graph.nodes.begin(), graph.nodes.end(),
-                     [](const Node& node) { return node.timestamp_ns != 0; });
-}
-
 /// Where a vertex lies.
 struct Place {
   FragmentId fragment;
@@ -92,6 +87,11 @@ Loop carried(const Edge& edge, const Place& a, const Place& b) {
 
 bool is_g2o(const std::string& path) {
   return path.size() > 4 && path.compare(path.size() - 4, 4, ".g2o") == 0;
+}
+
+bool has_times(const PoseGraph& graph) {
+  return std::any_of(graph.nodes.begin(), graph.nodes.end(),
+                     [](const Node& node) { return node.timestamp_ns != 0; });
 }
 
 Trajectory trajectory_of(const PoseGraph& graph) {

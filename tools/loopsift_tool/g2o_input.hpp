@@ -17,6 +17,9 @@ namespace loopsift::tool {
 /// By the ending.
 [[nodiscard]] bool is_g2o(const std::string& path);
 
+/// Whether its vertices have times.
+[[nodiscard]] bool has_times(const PoseGraph& graph);
+
 /// The poses of all vertices: by time where the graph has times, else by frame number.
 [[nodiscard]] Trajectory trajectory_of(const PoseGraph& graph);
 

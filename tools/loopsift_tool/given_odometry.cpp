@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "tools/loopsift_tool/given_odometry.hpp"
 
-#include <Eigen/Cholesky>
 #include <cstdio>
 #include <utility>
 
@@ -29,23 +28,10 @@ Expected<GivenOdometry> GivenOdometry::open(const std::string& trajectory_path,
   if (!trajectory) return trajectory.error();
   GivenOdometry odometry(trajectory_path, *trajectory);
   if (info_path.empty()) return odometry;
-  if (const Status read = odometry.read_information(info_path); !read) return read.error();
+  Expected<OdometryInformation> information = OdometryInformation::read(info_path, *trajectory);
+  if (!information) return information.error();
+  odometry.information_ = std::move(*information);
   return odometry;
-}
-
-Status GivenOdometry::read_information(const std::string& path) {
-  const Expected<std::vector<InfoRecord>> records = read_info(path);
-  if (!records) return records.error();
-  for (const InfoRecord& record : *records) {
-    const std::string at = path + ": record " + std::to_string(record.a) + " " + std::to_string(record.b);
-    if (record.b != record.a + 1)
-      return Error{ErrorCode::kFormat, at + " joins no two frames in a row; odometry information is of the "
-                                            "motions from frame k to k+1"};
-    if (record.information.llt().info() != Eigen::Success)
-      return Error{ErrorCode::kFormat, at + ": the 6x6 matrix is not positive definite; repair or remove it"};
-    information_[record.b] = record.information;
-  }
-  return {};
 }
 
 bool GivenOdometry::pose(FrameId frame, std::int64_t timestamp_ns, GivenPose* pose) {
@@ -55,9 +41,9 @@ bool GivenOdometry::pose(FrameId frame, std::int64_t timestamp_ns, GivenPose* po
   if (!trajectory_.at(time_s, trajectory_.indexed ? 1.0 : options_.max_gap_s, &T_odom_camera)) return false;
   const TrackingResult tracked = odometry_.track(frame, timestamp_ns);
   *pose = {tracked.T_odom_camera, tracked.information};
-  const auto known = information_.find(frame.value);
-  if (known != information_.end() && last_posed_ == frame.value - 1) pose->information = known->second;
-  last_posed_ = frame.value;
+  const FramePlace place{frame.value, 1e-9 * static_cast<double>(timestamp_ns)};
+  (void)information_.between(last_posed_, place, &pose->information);
+  last_posed_ = place;
   return true;
 }
 

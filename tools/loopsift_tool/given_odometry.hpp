@@ -5,10 +5,10 @@
 // thread.
 #pragma once
 #include <cstdint>
-#include <map>
 #include <string>
 
 #include "core/odometry/trajectory_odometry.hpp"
+#include "tools/loopsift_tool/odometry_information.hpp"
 
 namespace loopsift::tool {
 
@@ -21,9 +21,8 @@ struct GivenPose {
 class GivenOdometry {
  public:
   /// info_path may be empty: each motion's information is then TrajectoryOdometryOptions' assumption about
-  /// drift. Else it names a redwood .info whose records `k k+1 n` hold the information of the motion from
-  /// frame k to k+1. Errors name file and line or record: NaN, no rotation, time that goes back, a record of
-  /// other frames, a matrix that is not positive definite.
+  /// drift, as it is for the motions that the file says nothing about. Errors name file and line or record:
+  /// NaN, no rotation, time that goes back, and those of OdometryInformation.
   [[nodiscard]] static Expected<GivenOdometry> open(const std::string& trajectory_path,
                                                     const std::string& info_path);
 
@@ -36,14 +35,13 @@ class GivenOdometry {
 
  private:
   GivenOdometry(std::string path, const Trajectory& trajectory);
-  [[nodiscard]] Status read_information(const std::string& path);
 
   TrajectoryOdometryOptions options_;
   std::string path_;
   Trajectory trajectory_;
   TrajectoryOdometry odometry_;
-  std::map<int, Matrix6d> information_;  // by the frame at the motion's end
-  int last_posed_ = -2;
+  OdometryInformation information_;
+  FramePlace last_posed_;
 };
 
 }  // namespace loopsift::tool

@@ -52,7 +52,7 @@ Expected<DmpFigures> reduced_dmp(OfflineMap& map, const std::vector<Se3>& T_map_
   const MapScorer& scorer = map.back_end(0).scorer();
   std::vector<float> values(static_cast<std::size_t>(scorer.view_count()));
   DmpFigures figures;
-  figures.dmp = scorer.score(T_map_fragment, ScoreKind::kPlain, {}, values).value;
+  figures.dmp = scorer.dmp(T_map_fragment, values).value;
   figures.views = scorer.view_count();
   figures.valid_pixels = scorer.valid_pixels(T_map_fragment);
   for (const Fragment& fragment : map.fragments()) {

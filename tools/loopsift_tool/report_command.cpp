@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <memory>
 #include <string>
 #include <vector>
@@ -58,23 +59,39 @@ Expected<int> run_program(const std::vector<std::string>& words) {
   return Error{ErrorCode::kIo, words[1] + ": was ended by signal " + std::to_string(WTERMSIG(status))};
 }
 
-/// The evaluation as a file for the script, gone at the end.
-class EvaluationFile {
+/// A folder for what the script reads, gone at the end.
+class ScriptInput {
  public:
-  EvaluationFile()
-      : path_((std::filesystem::temp_directory_path() /
-               ("loopsift-report-" + std::to_string(getpid()) + ".json"))
-                  .string()) {}
-  ~EvaluationFile() {
+  ScriptInput()
+      : folder_((std::filesystem::temp_directory_path() / ("loopsift-report-" + std::to_string(getpid())))
+                    .string()) {}
+  ~ScriptInput() {
     std::error_code ignored;
-    std::filesystem::remove(path_, ignored);
+    std::filesystem::remove_all(folder_, ignored);
   }
-  EvaluationFile(const EvaluationFile&) = delete;
-  EvaluationFile& operator=(const EvaluationFile&) = delete;
-  [[nodiscard]] const std::string& path() const { return path_; }
+  ScriptInput(const ScriptInput&) = delete;
+  ScriptInput& operator=(const ScriptInput&) = delete;
+  /// evaluation.json; residual_before.f32 and residual_after.f32, a float for each surfel, where there are
+  /// any.
+  [[nodiscard]] Status write(const RunEvaluation& evaluation) const {
+    if (Status made = make_folder(folder_); !made) return made;
+    if (Status written = write_json(folder_ + "/evaluation.json", evaluation.json); !written) return written;
+    if (evaluation.residual.views.empty()) return {};
+    if (Status s = write_floats("residual_before.f32", evaluation.residual.before_m); !s) return s;
+    return write_floats("residual_after.f32", evaluation.residual.after_m);
+  }
+  [[nodiscard]] const std::string& folder() const { return folder_; }
 
  private:
-  std::string path_;
+  [[nodiscard]] Status write_floats(const char* name, const std::vector<float>& values) const {
+    std::ofstream file(folder_ + "/" + name, std::ios::binary);
+    file.write(reinterpret_cast<const char*>(values.data()),
+               static_cast<std::streamsize>(values.size() * sizeof(float)));
+    file.flush();
+    if (file) return {};
+    return Error{ErrorCode::kIo, folder_ + ": cannot be written; is there room for temporary files?"};
+  }
+  std::string folder_;
 };
 
 std::string title_of(const ReportOptions& options) {
@@ -87,12 +104,11 @@ int report(const ReportOptions& options) {
   if (!evaluation.ok()) return fail(evaluation.error());
   const auto script = find_script();
   if (!script.ok()) return fail(script.error());
-  const EvaluationFile file;
-  if (const Status written = write_json(file.path(), *evaluation); !written.ok())
-    return fail(written.error());
+  const ScriptInput input;
+  if (const Status written = input.write(*evaluation); !written.ok()) return fail(written.error());
   const std::string out = options.out.empty() ? options.evaluation.folder + "/report.html" : options.out;
   const auto exit_code =
-      run_program({python(), *script, options.evaluation.folder, out, file.path(), title_of(options)});
+      run_program({python(), *script, options.evaluation.folder, out, input.folder(), title_of(options)});
   if (!exit_code.ok()) return fail(exit_code.error());
   if (*exit_code != 0) return *exit_code == kExitUsage ? kExitUsage : kExitOther;  // the script said why
   std::printf("%s\n", out.c_str());
@@ -120,11 +136,10 @@ void add_report_command(CLI::App& app, int* exit_code) {
           "--fragments", evaluation->labels.fragments,
           "look only at pairs of the first so many fragments, where the labels are of a longer recording")
       ->check(CLI::PositiveNumber);
-  command->add_option("--source", evaluation->source,
-                      "the recording (replay:FORMAT:PATH or synth:SCENE): the map's residual in each view");
-  command->add_option("--fragment-frames", evaluation->fragment_frames, "of the run, with --source")
-      ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+  command->add_option(
+      "--source", evaluation->source,
+      "the recording (replay:FORMAT:PATH or synth:SCENE): the map's residual, in each view and "
+      "on each surfel, before and after");
   command->add_option("--json", options->json, "write where the page is to this file");
   command->callback([options, exit_code] { *exit_code = report(*options); });
 }

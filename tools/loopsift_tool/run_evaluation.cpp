@@ -6,14 +6,11 @@
 #include <set>
 #include <utility>
 
-#include "drivers/frame_source.hpp"
 #include "tools/evaluation/loop_ranking.hpp"
 #include "tools/evaluation/point_ply.hpp"
 #include "tools/evaluation/trajectory_error.hpp"
 #include "tools/evaluation/trajectory_formats.hpp"
-#include "tools/loopsift_tool/dmp_figures.hpp"
 #include "tools/loopsift_tool/evaluation_json.hpp"
-#include "tools/loopsift_tool/offline_map.hpp"
 
 namespace loopsift::tool {
 namespace {
@@ -56,17 +53,17 @@ Json truth_json(const std::vector<PosePair>& pairs, const Se3& T_map_gt) {
   return json;
 }
 
-class RunEvaluation {
+class RunEvaluator {
  public:
-  explicit RunEvaluation(const RunEvaluationOptions& options) : options_(options) {
+  explicit RunEvaluator(const RunEvaluationOptions& options) : options_(options) {
     json_["notes"] = Json::array();
   }
 
-  Expected<Json> run() {
-    for (const auto step : {&RunEvaluation::read_trajectories, &RunEvaluation::read_fragments,
-                            &RunEvaluation::trajectories, &RunEvaluation::loops, &RunEvaluation::views})
+  Expected<RunEvaluation> run() {
+    for (const auto step : {&RunEvaluator::read_trajectories, &RunEvaluator::read_fragments,
+                            &RunEvaluator::trajectories, &RunEvaluator::loops, &RunEvaluator::residual})
       if (Status s = (this->*step)(); !s) return s.error();
-    return json_;
+    return RunEvaluation{std::move(json_), std::move(residual_)};
   }
 
  private:
@@ -89,7 +86,8 @@ class RunEvaluation {
   }
 
   Status read_fragments() {
-    if (auto times = read_fragment_times(file("map.ply")); times.ok()) fragment_times_ = *times;
+    if (const auto fragments = read_ply_fragments(file("map.ply")); fragments.ok())
+      for (const PlyFragment& fragment : *fragments) fragment_times_.push_back(fragment.first_frame_s);
     return {};
   }
 
@@ -195,63 +193,43 @@ class RunEvaluation {
     return {};
   }
 
-  Status views() {
+  Status residual() {
     if (options_.source.empty()) return {};
-    if (odometry_.poses.empty() || corrected_.poses.empty()) {
-      note("Without trajectory_odometry.txt and trajectory.txt the views cannot be scored.");
+    if (odometry_.poses.empty() || corrected_.poses.empty() || fragment_times_.empty()) {
+      note("Without map.ply and both trajectories the map cannot be held against the recording.");
       return {};
     }
-    SourceOptions source_options;
-    source_options.want_color = false;
-    const auto source = open_source(options_.source, source_options);
-    if (!source.ok()) return source.error();
-    const auto odometry = GivenOdometry::open(file("trajectory_odometry.txt"), "");
-    if (!odometry.ok()) return odometry.error();
-    OfflineMapOptions map_options;
-    map_options.fragment_frames = options_.fragment_frames;
-    if (Status valid = validate(map_options); !valid) return valid;
-    const auto map = OfflineMap::build(**source, *odometry, map_options);
-    if (!map.ok()) return map.error();
-    std::vector<Se3> before, after;
-    for (const Fragment& fragment : (*map)->fragments()) {
-      Se3 T_map_camera;
-      const double time_s = static_cast<double>(fragment.frames[0].timestamp_ns) * 1e-9;
-      if (!corrected_.at(time_s, kMaxGap_s, &T_map_camera))
-        return Error{ErrorCode::kUsage, file("trajectory.txt") + " has no pose at " + std::to_string(time_s) +
-                                            " s; is --source the recording of this run?"};
-      before.push_back(fragment.T_odom_fragment);
-      after.push_back(T_map_camera);
-    }
-    add_views(reduced_dmp(**map, before), reduced_dmp(**map, after));
-    return {};
-  }
-
-  void add_views(const DmpFigures& before, const DmpFigures& after) {
+    auto residual = measure_map_residual(
+        {file("map.ply"), file("trajectory_odometry.txt"), &odometry_, &corrected_, options_.source});
+    if (!residual.ok()) return residual.error();
+    residual_ = std::move(*residual);
     Json& json = json_["dmp_views"];
     for (const char* key : {"frame", "time_s", "before", "after"}) json[key] = Json::array();
-    for (std::size_t k = 0; k < before.per_view.size(); ++k) {
-      json["frame"].push_back(before.per_view[k].frame);
-      json["time_s"].push_back(before.per_view[k].time_s);
-      json["before"].push_back(before.per_view[k].dmp);
-      json["after"].push_back(after.per_view[k].dmp);
+    for (const MapResidual::View& view : residual_.views) {
+      json["frame"].push_back(view.frame);
+      json["time_s"].push_back(view.time_s);
+      json["before"].push_back(view.before_m2);
+      json["after"].push_back(view.after_m2);
     }
+    return {};
   }
 
   RunEvaluationOptions options_;
   Json json_ = Json::object(), verdicts_json_ = Json::array();
+  MapResidual residual_;
   Trajectory odometry_, corrected_, gt_;
   std::vector<double> fragment_times_;
 };
 
 }  // namespace
 
-Expected<Json> evaluate_run(const RunEvaluationOptions& options) {
+Expected<RunEvaluation> evaluate_run(const RunEvaluationOptions& options) {
   if (!exists(options.folder))
     return Error{ErrorCode::kNotFound,
                  options.folder + ": is not there; give the folder that --out of a run named"};
   if (options.gt_loops.empty() != options.gt_info.empty())
     return Error{ErrorCode::kUsage, "--gt-loops and --gt-info belong together; give both"};
-  return RunEvaluation(options).run();
+  return RunEvaluator(options).run();
 }
 
 }  // namespace loopsift::tool

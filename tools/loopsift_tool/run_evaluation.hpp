@@ -8,6 +8,7 @@
 
 #include "core/base/result.hpp"
 #include "tools/evaluation/loop_error.hpp"
+#include "tools/loopsift_tool/map_residual.hpp"
 
 namespace loopsift::tool {
 
@@ -17,8 +18,12 @@ struct RunEvaluationOptions {
   std::string gt;                 ///< true trajectory
   std::string gt_loops, gt_info;  ///< labelled pairs of fragments, redwood .log and .info
   LoopEvaluationOptions labels;
-  std::string source;        ///< URI of the recording, for the score of each view
-  int fragment_frames = 50;  ///< of the run
+  std::string source;  ///< URI of the recording, for the map's residual
+};
+
+struct RunEvaluation {
+  nlohmann::ordered_json json;
+  MapResidual residual;  ///< empty without source
 };
 
 /// truth: {odometry, corrected: {keys of eval-trajectory, time_s, error_m, truth, estimate (positions in the
@@ -27,6 +32,6 @@ struct RunEvaluationOptions {
 /// user named and the run has not (yet) the files, there is a note. A loop without label is judged by the
 /// true trajectory: true within 0.10 m and 5°. Errors: an input that the user named is wrong or does not fit
 /// the run.
-[[nodiscard]] Expected<nlohmann::ordered_json> evaluate_run(const RunEvaluationOptions& options);
+[[nodiscard]] Expected<RunEvaluation> evaluate_run(const RunEvaluationOptions& options);
 
 }  // namespace loopsift::tool

@@ -27,9 +27,11 @@ void add_sift_arguments(CLI::App* command, SiftArguments* arguments) {
   command->add_option("--info", arguments->info,
                       "their 6x6 informations, redwood .info; without it each is taken as good to 1 cm and "
                       "0.5 degrees");
-  command->add_option("--odometry-info", arguments->odometry_info,
-                      "information of the motions from frame to frame, redwood .info with records k k+1 n; "
-                      "without it 2 % of each motion are assumed");
+  command->add_option(
+      "--odometry-info", arguments->odometry_info,
+      "how well the odometry knows its motions: redwood .info with records k k+1 n for the one "
+      "from frame k to k+1, or the odometry edges of a .g2o (a run's own posegraph.g2o); "
+      "without it 2 % of each motion are assumed");
   command->add_option("--fragment-frames", arguments->map.fragment_frames, "frames per fragment")
       ->capture_default_str();
   command->add_option("--views", arguments->map.views, "frames per fragment that scoring looks at")

@@ -3,7 +3,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
 #include <limits>
 #include <map>
 #include <memory>
@@ -11,6 +10,7 @@
 #include "core/base/steady_time.hpp"
 #include "core/pipeline/results.hpp"
 #include "core/pipeline/run_report.hpp"
+#include "tools/loopsift_tool/anytime_sifting.hpp"
 #include "tools/loopsift_tool/command_support.hpp"
 #include "tools/loopsift_tool/commands.hpp"
 #include "tools/loopsift_tool/sift_arguments.hpp"
@@ -28,30 +28,30 @@ struct SiftOptions {
 
 double seconds_since(std::int64_t begin_ns) { return 1e-9 * static_cast<double>(steady_now_ns() - begin_ns); }
 
-// Without a limit the batch algorithm. With one its steps, as onboard, until the time is over: the map is
-// then that of the loops accepted so far.
+// The batch algorithm, or what a limit leaves of it.
 void sift_all(Span<const Loop> loops, double time_limit_s, BackEnd* back_end) {
-  constexpr int kStepsAtOnce = 4;
   const std::int64_t begin_ns = steady_now_ns();
   Ticker ticker("sifting:");
   const auto show = [&](std::size_t done, std::size_t of) { ticker.update(done, of); };
-  back_end->add_loops(loops);
   Sifter& sifter = back_end->sifter();
   if (time_limit_s <= 0) {
+    back_end->add_loops(loops);
     sifter.on_progress(show);
     (void)back_end->finish();
     sifter.on_progress({});
     return;
   }
-  while (back_end->work(kStepsAtOnce) && seconds_since(begin_ns) < time_limit_s)
-    show(loops.size() - static_cast<std::size_t>(sifter.pending()), loops.size());
-}
-
-Status make_folder(const std::string& path) {
-  std::error_code error;
-  std::filesystem::create_directories(path, error);
-  if (!error) return {};
-  return Error{ErrorCode::kIo, path + ": the folder for the results cannot be made: " + error.message()};
+  const auto seconds_left = [&] { return time_limit_s - seconds_since(begin_ns); };
+  const bool is_batch = sift_within(seconds_left, loops, back_end, show);
+  if (const std::int64_t left = sifter.pending(); left > 0) {
+    std::fprintf(stderr, "loopsift-tool: %lld of %zu loops were left undecided by the time limit\n",
+                 static_cast<long long>(left), loops.size());
+  } else if (!is_batch) {
+    std::fputs(
+        "loopsift-tool: all loops are decided; the time limit was too short to walk through them once "
+        "more from the start, as without a limit\n",
+        stderr);
+  }
 }
 
 void add_sifting_figures(const BackEnd& back_end, RunFigures* figures) {
@@ -109,9 +109,6 @@ int sift(SiftOptions options) {
   const std::int64_t sifting_begin = steady_now_ns();
   sift_all(input.loops, options.time_limit_s, &back_end);
   const double sifted_s = seconds_since(sifting_begin);
-  if (const std::int64_t left = back_end.sifter().pending(); left > 0)
-    std::fprintf(stderr, "loopsift-tool: %lld of %zu loops were left undecided by the time limit\n",
-                 static_cast<long long>(left), input.loops.size());
 
   RunFigures figures = input.map->figures();
   add_sifting_figures(back_end, &figures);
@@ -148,8 +145,8 @@ void add_sift_command(CLI::App& app, int* exit_code) {
   command
       ->add_option(
           "--time-limit", options->time_limit_s,
-          "seconds for sifting; loops that are undecided then are left out, and reported as pending; 0 is no "
-          "limit")
+          "seconds for sifting, after which the best map so far is written; loops that are undecided then "
+          "are reported as pending; 0 is no limit")
       ->check(CLI::NonNegativeNumber);
   command->add_option("--out", options->out, "folder for what a run writes; made when missing")->required();
   command->callback([options, exit_code] { *exit_code = sift(*options); });

@@ -6,17 +6,16 @@ import io
 import numpy as np
 from PIL import Image
 
-from map_state import before_correction, disagreement, find_up, pose_at
+from map_state import before_correction, find_up, pose_at
 from surfel_renderer import CameraView, TopView, paint
 
 MAX_SURFELS = 600000
 FULL_RESIDUAL_M = 0.10
-ALONE = np.array([0.60, 0.63, 0.66, 0.40])  # RGBA of what only one fragment saw
+UNSEEN = np.array([0.60, 0.63, 0.66, 0.40])  # RGBA of what no view was held against
 RESIDUAL_STOPS = ((0.0, (0.62, 0.71, 0.77)), (0.25, (0.96, 0.80, 0.42)), (0.55, (0.91, 0.44, 0.20)),
                   (1.0, (0.70, 0.05, 0.27)))
 HEIGHT_STOPS = ((0.0, (0.30, 0.27, 0.58)), (0.25, (0.19, 0.46, 0.66)), (0.5, (0.18, 0.66, 0.60)),
                 (0.75, (0.58, 0.80, 0.35)), (1.0, (0.98, 0.87, 0.36)))
-COLOURINGS = ("seen", "height", "residual")
 
 
 def blend(stops, share):
@@ -45,31 +44,29 @@ def path_in(view, positions):
 
 
 class MapState:
-    """A map in one state, with what its surfels are coloured by."""
+    """A map in one state, with what its surfels are coloured by. residual: m, NaN where unknown; or None."""
 
-    def __init__(self, name, surfels, trajectory, up, ceiling):
-        self.name, self.surfels, self.trajectory = name, surfels, trajectory
+    def __init__(self, name, surfels, trajectory, up, ceiling, residual):
+        self.name, self.surfels, self.trajectory, self.residual = name, surfels, trajectory, residual
         height = surfels.points @ up
         low, high = np.percentile(height, [1, 99])
         self.below_ceiling = height < ceiling
         self.height_range = (low, high)
-        self.residual = disagreement(surfels) if surfels.fragment is not None else None
         self.colors = {"seen": np.clip(surfels.colors, 0, 1) ** 0.7 * 1.05,
                        "height": blend(HEIGHT_STOPS, (height - low) / max(high - low, 1e-6))}
-        if self.residual is not None:
-            known = np.isfinite(self.residual)
-            colors = np.tile(ALONE, (len(height), 1))
-            colors[known, :3] = blend(RESIDUAL_STOPS, self.residual[known] / FULL_RESIDUAL_M)
+        if residual is not None:
+            known = np.isfinite(residual)
+            colors = np.tile(UNSEEN, (len(height), 1))
+            colors[known, :3] = blend(RESIDUAL_STOPS, residual[known] / FULL_RESIDUAL_M)
             colors[known, 3] = 1
             self.colors["residual"] = colors
 
     def residual_figures(self):
-        """Median and 95th percentile of the disagreement, m, and the share of surfels that have one."""
+        """Median and 95th percentile over the surfels that have a residual, m."""
         if self.residual is None or not np.isfinite(self.residual).any():
             return None
-        known = self.residual[np.isfinite(self.residual)]
-        return {"median_m": float(np.median(known)), "p95_m": float(np.percentile(known, 95)),
-                "share": len(known) / len(self.residual)}
+        median, p95 = np.nanpercentile(self.residual, [50, 95])
+        return {"median_m": float(median), "p95_m": float(p95)}
 
     def draw(self, view, cut):
         keep = self.below_ceiling if cut else np.ones(len(self.surfels.points), bool)
@@ -77,22 +74,22 @@ class MapState:
         return {name: embedded(paint(seen, brightness, colors)) for name, colors in self.colors.items()}
 
 
-def thinned(surfels):
-    """Every n-th surfel of a very large map, made larger so that it stays closed."""
+def thinned(surfels, residual):
+    """Every n-th surfel of a very large map, made larger so that it stays closed; and its residuals."""
     step = -(-len(surfels.points) // MAX_SURFELS)
     if step == 1:
-        return surfels
+        return surfels, residual
     fewer = surfels.only(slice(None, None, step))
     fewer.radii = fewer.radii * np.sqrt(step)
-    return fewer
+    return fewer, {name: values[::step] for name, values in residual.items()}
 
 
 def places_along(after, before, count=2):
-    """Times of frames in the fragments whose surfaces came together most; evenly spread where nothing did."""
+    """Times of frames in the fragments whose residual fell most; evenly spread where that is not known."""
     surfels = after.surfels
     starts = np.asarray(surfels.first_frame_s)
     times = after.trajectory[:, 0]
-    if before is None or before.residual is None or len(starts) < 2:
+    if before is None or before.residual is None or after.residual is None or len(starts) < 2:
         return [times[int(len(times) * share)] for share in (0.25, 0.7)][:count]
     both = np.isfinite(before.residual) & np.isfinite(after.residual)
     gain = np.bincount(surfels.fragment[both], (before.residual - after.residual)[both], len(starts))
@@ -120,17 +117,17 @@ def map_pictures(run, size=860):
     trajectory = run.corrected if run.corrected is not None else run.odometry
     if run.map is None or trajectory is None:
         return None
-    surfels = thinned(run.map)
+    surfels, residual = thinned(run.map, run.residual)
     up = find_up(surfels, trajectory)
     height = surfels.points @ up
     over_camera = trajectory[:, 1:4] @ up
     ceiling = max(np.percentile(height, 99.8) - 0.3, np.percentile(over_camera, 50) + 0.1)
-    after = MapState("after", surfels, trajectory, up, ceiling)
+    after = MapState("after", surfels, trajectory, up, ceiling, residual.get("after"))
     states = [after]
     if run.odometry is not None and run.corrected is not None:
         moved = before_correction(surfels, run.odometry, run.corrected)
         if moved is not None:
-            states.insert(0, MapState("before", moved, run.odometry, up, ceiling))
+            states.insert(0, MapState("before", moved, run.odometry, up, ceiling, residual.get("before")))
     before = states[0] if len(states) == 2 else None
     top = TopView(np.concatenate([s.surfels.points for s in states] + [s.trajectory[:, 1:4] for s in states]),
                   surfels.normals, up, size)

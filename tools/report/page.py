@@ -80,14 +80,14 @@ def map_section(pictures):
     legends = ('<div class="legend seen">the colours that the camera saw</div>'
                f'<div class="legend height">low<i style="background:{css_gradient(HEIGHT_STOPS)}"></i>'
                f"high: {high - low:.1f} m</div>"
-               '<div class="legend residual">fragments agree'
+               '<div class="legend residual">the map predicts what was measured'
                f'<i style="background:{css_gradient(RESIDUAL_STOPS)}"></i>'
-               f'{100 * FULL_RESIDUAL_M:.0f} cm apart or more &ensp; <i class="alone"></i>seen by one fragment</div>')
+               f'{100 * FULL_RESIDUAL_M:.0f} cm off or more &ensp; <i class="unseen"></i>in none of the views</div>')
+    about = ("The residual of a surfel is |predicted − measured depth| at its pixel, the mean over the views that see "
+             "it. " if "residual" in colourings else "With --source the report colours the map by its residual. ")
     return section("The map", choice, legends, '<div class="views">', *map(map_view, pictures["views"]), "</div>",
-                   f"<p class='sub'>{pictures['surfels']:,} surfels{residual_words(pictures['residual'])}. The "
-                   "residual is the distance, along the normal, to the farthest surface that another fragment saw in "
-                   "the same place. Both maps hold the same fragments; only their poses differ. Ceilings are left out "
-                   "from above.</p>")
+                   f"<p class='sub'>{pictures['surfels']:,} surfels{residual_words(pictures['residual'])}. {about}"
+                   "Both maps hold the same fragments; only their poses differ. Ceilings are left out from above.</p>")
 
 
 def residual_words(residual):

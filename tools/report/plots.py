@@ -111,16 +111,16 @@ def loop_tests(loops):
 
 
 def dmp_views(views):
-    """views: {time_s, before, after} per score view, m²."""
+    """views: {time_s, before, after} per view, m²."""
     figure, ax = axes()
     t = np.array(views["time_s"])
-    before, after = np.array(views["before"]), np.array(views["after"])
+    before, after = np.array(views["before"]) * 1e4, np.array(views["after"]) * 1e4
     t = t - t[0]
     ax.fill_between(t, before, after, where=after < before, color=GOOD, alpha=0.22, linewidth=0, interpolate=True)
     ax.fill_between(t, before, after, where=after > before, color=BAD, alpha=0.22, linewidth=0, interpolate=True)
-    ax.plot(t, before, color=BEFORE, label=f"before: {before.sum():.2f} m²")
-    ax.plot(t, after, color=AFTER, label=f"after: {after.sum():.2f} m²")
-    ax.set(xlabel="time of the view, s", ylabel="residual of the view, m²", ylim=(0, None))
+    ax.plot(t, before, color=BEFORE, label=f"before: mean {before.mean():.1f} cm²")
+    ax.plot(t, after, color=AFTER, label=f"after: mean {after.mean():.1f} cm²")
+    ax.set(xlabel="time of the view, s", ylabel="DMP of the view, cm²", ylim=(0, None))
     legend_above(ax, 2)
     return to_svg(figure, "Map residual of each view")
 

@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: MIT
 """Draws the output folder of a run as one HTML page. `loopsift-tool report` calls it with what it evaluated.
 
-usage: report.py DIR OUT.html EVALUATION.json TITLE      exit codes: 0 done, 2 nothing to show, 3 a library is missing
+usage: report.py DIR OUT.html EVALUATION_FOLDER TITLE      exit codes: 0 done, 2 nothing to show, 3 a library is missing
 """
 import json
+import os
 import sys
 
 try:
@@ -71,8 +72,9 @@ def residual_section(run, evaluation):
     views = evaluation.get("dmp_views")
     if views:
         return page.section("Dense map posterior", page.figure(
-            plots.dmp_views(views), "Mean squared difference between predicted and measured depth of each score view, "
-            "before and after correction; green where it fell. The sum over views is the map's score."))
+            plots.dmp_views(views), "Mean squared difference between the depth that the run's map predicts and the "
+            f"measured one, in {len(views['time_s'])} frames of the recording, before and after correction; green where "
+            "it fell."))
     dmp = (run.figures or {}).get("dmp", {})
     if dmp.get("odometry") is None or dmp.get("final") is None:
         return ""
@@ -93,11 +95,11 @@ def machine_section(run):
 
 
 def main():
-    folder, out, evaluation_path, title = sys.argv[1:5]
+    folder, out, evaluation_folder, title = sys.argv[1:5]
     if not features.check("webp"):
         print("report: python3-pil was built without WebP; install Debian's python3-pil", file=sys.stderr)
         return 3
-    with open(evaluation_path, encoding="utf-8") as file:
+    with open(os.path.join(evaluation_folder, "evaluation.json"), encoding="utf-8") as file:
         evaluation = json.load(file)
     step("reading the run")
     run = Run(folder)
@@ -105,6 +107,7 @@ def main():
         print(f"report: {folder} holds nothing of a run that could be shown; give the folder that --out named.\n  "
               + "\n  ".join(run.notes), file=sys.stderr)
         return 2
+    run.take_residual(evaluation_folder)
     judge(run, evaluation)
     step("drawing the map")
     pictures = map_pictures.map_pictures(run)

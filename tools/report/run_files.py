@@ -56,6 +56,16 @@ class Run:
         self.map = self._read("map.ply", read_map)
         self.loops = self._read("loops.csv", read_loops)
         self.figures = self._read("run.json", read_json)
+        self.residual = {}  # "before", "after": of each surfel of the map, m; NaN where no view saw it
+
+    def take_residual(self, folder):
+        """What the evaluation measured, where it did."""
+        for state in ("before", "after"):
+            path = os.path.join(folder, f"residual_{state}.f32")
+            if self.map is not None and os.path.exists(path):
+                values = np.fromfile(path, np.float32)
+                if len(values) == len(self.map.points):
+                    self.residual[state] = values
 
     def _read(self, name, reader):
         path = os.path.join(self.folder, name)

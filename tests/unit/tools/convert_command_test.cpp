@@ -147,7 +147,10 @@ TEST_F(ConvertCommand, AMapLosesItsNormalsAndKeepsTheRest) {
     ASSERT_TRUE(points.ok()) << points.error().message;
     ASSERT_EQ(points->size(), 2U);
     EXPECT_EQ((*points)[1], Eigen::Vector3f(2, 2.5F, -3));
-    EXPECT_EQ(read_fragment_times(path(name)).value(), std::vector<double>{1.5});
+    const auto fragments = read_ply_fragments(path(name));
+    ASSERT_TRUE(fragments.ok()) << fragments.error().message;
+    ASSERT_EQ(fragments->size(), 1U);
+    EXPECT_EQ(fragments->front().first_frame_s, 1.5);
   }
   std::ifstream text(path("text.ply"));
   EXPECT_THAT(std::string(std::istreambuf_iterator<char>(text), {}), HasSubstr("\n1 1.5 -3 0 0 1 200\n"));

@@ -68,19 +68,29 @@ TEST_F(DmpCommand, ViewsAddUpToTheWhole) {
   }
 }
 
-TEST_F(DmpCommand, HeatmapsAreAsLargeAsTheDepthImagesAndNeedTheFullForm) {
-  dmp_of(path("drift.txt"), {"--full", "--heatmap", path("heat"), "--heatmap-every", "50"});
-  for (const char* name : {"heat/frame-000000.png", "heat/frame-000150.png"}) {
+TEST_F(DmpCommand, HeatmapsAreAsLargeAsWhatIsScored) {
+  const auto size_of = [&](const std::string& name) {
     const auto size = read_image_size(path(name));
-    ASSERT_TRUE(size.ok()) << size.error().message;
-    EXPECT_EQ(size->width, 160);
-    EXPECT_EQ(size->height, 120);
-  }
+    EXPECT_TRUE(size.ok()) << size.error().message;
+    return size.ok() ? std::make_pair(size->width, size->height) : std::make_pair(0, 0);
+  };
+  dmp_of(path("drift.txt"), {"--full", "--heatmap", path("heat"), "--heatmap-every", "50"});
+  for (const char* name : {"heat/frame-000000.png", "heat/frame-000150.png"})
+    EXPECT_EQ(size_of(name), std::make_pair(160, 120));
   EXPECT_FALSE(std::filesystem::exists(path("heat/frame-000001.png")));
-  const DeskOutcome outcome =
-      run_desk({"dmp", "--source", kSource, "--trajectory", path("gt.txt"), "--heatmap", path("heat")});
-  EXPECT_EQ(outcome.exit_code, 2);
-  EXPECT_THAT(outcome.err, HasSubstr("give --full"));
+
+  const auto views = dmp_of(path("drift.txt"), {"--per-view", "--heatmap", path("views"), "--heatmap-every",
+                                                "1", "--view-width", "80"});
+  for (const auto& view : views["per_view"]) {
+    char name[40];
+    std::snprintf(name, sizeof name, "views/frame-%06d.png", view["frame"].get<int>());
+    EXPECT_EQ(size_of(name), std::make_pair(80, 60));
+  }
+  folder_.write("file", "in the way");
+  const DeskOutcome outcome = run_desk(
+      {"dmp", "--source", kSource, "--trajectory", path("gt.txt"), "--heatmap", path("file") + "/heat"});
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_THAT(outcome.err, HasSubstr("file/heat"));
 }
 
 TEST(ResidualColor, TellsInFrontFromBehindAndUnknown) {
