@@ -17,6 +17,7 @@ struct OpenNi2Options {
   bool auto_white_balance = true;
   int exposure = 0;         ///< without auto_exposure, the device's own unit; 0: as it is
   int gain = 0;             ///< without auto_exposure, the device's own unit; 0: as it is
+  bool host_time = true;    ///< time stamps on this host's clock; false: as the device gives them
   std::string record_path;  ///< also record what is read from a device to this .oni file; empty: not
 };
 
