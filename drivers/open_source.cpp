@@ -10,6 +10,9 @@
 #include "drivers/paired_source.hpp"
 #include "drivers/replay/replay_source.hpp"
 #include "drivers/synth/synth_source.hpp"
+#ifdef LOOPSIFT_HAVE_LIBCAMERA
+#include "drivers/libcamera/libcamera_source.hpp"
+#endif
 #ifdef LOOPSIFT_HAVE_OPENNI2
 #include "drivers/openni2/openni2_source.hpp"
 #endif
@@ -27,6 +30,9 @@ constexpr std::string_view kAvailable =
 #endif
 #ifdef LOOPSIFT_HAVE_V4L2
     ", v4l2:/dev/videoN"
+#endif
+#ifdef LOOPSIFT_HAVE_LIBCAMERA
+    ", libcamera:N"
 #endif
     ;
 // Sources that the program may have, but this build has not.
@@ -55,6 +61,9 @@ Expected<std::unique_ptr<FrameSource>> open_driver(const std::string& uri, const
 #endif
 #ifdef LOOPSIFT_HAVE_V4L2
   if (parts.head == "v4l2") return open_v4l2(parts.tail, options);
+#endif
+#ifdef LOOPSIFT_HAVE_LIBCAMERA
+  if (parts.head == "libcamera") return open_libcamera(parts.tail, options);
 #endif
   if (std::find(kLeftOut.begin(), kLeftOut.end(), parts.head) != kLeftOut.end()) {
     return Error{ErrorCode::kUnsupported, "source '" + uri + "': this build has no " + parts.head +

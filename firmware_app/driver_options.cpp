@@ -39,6 +39,19 @@ OptionSection v4l2_section(V4l2Options& o) {
           }};
 }
 
+OptionSection libcamera_section(LibcameraOptions& o) {
+  constexpr OptionRange kPixels{16, 16384};
+  return {"libcamera",
+          "Colour cameras through libcamera (docs/drivers.md).",
+          {
+              {"format", &o.format, "as BGR888, NV12 or YUYV; empty: the first that is read"},
+              {"width", &o.width, "pixels; the nearest that the camera has is taken", kPixels},
+              {"height", &o.height, "pixels; the nearest that the camera has is taken", kPixels},
+              {"rate_hz", &o.rate_hz, "frames per second, where the camera lets it be chosen", {1, 1000}},
+              {"buffers", &o.buffers, "images on their way", {2, LibcameraOptions::kMostBuffers}},
+          }};
+}
+
 OptionSection lcm_in_section(LcmInOptions& o) {
   return {"lcm_in",
           "Images and odometry of other programs, over LCM (docs/drivers.md).",
@@ -54,7 +67,8 @@ OptionSection lcm_in_section(LcmInOptions& o) {
 }  // namespace
 
 OptionTable driver_sections(SourceOptions& options) {
-  return {openni2_section(options.openni2), v4l2_section(options.v4l2), lcm_in_section(options.lcm_in)};
+  return {openni2_section(options.openni2), v4l2_section(options.v4l2), libcamera_section(options.libcamera),
+          lcm_in_section(options.lcm_in)};
 }
 
 }  // namespace loopsift

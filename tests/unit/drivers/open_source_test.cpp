@@ -14,7 +14,8 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 Error error_of(const std::string& uri) {
-  const auto source = open_source(uri, {});
+  const SourceOptions options;
+  const auto source = open_source(uri, options);
   return source.ok() ? Error{ErrorCode::kUsage, "opened"} : source.error();
 }
 
@@ -23,7 +24,7 @@ TEST(OpenSource, AReplayUriOpensARecordingWhosePathHoldsAColon) {
   folder.write("a:b/camera.txt", "width 40\nheight 30\n");
   folder.write("a:b/depth.txt", "1.0 depth/0.png\n");
   test::write_depth(folder / "a:b/depth/0.png", test::make_depth(40, 30, 0));
-  const auto source = open_source("replay:tum:" + (folder / "a:b"), {});
+  const auto source = open_source("replay:tum:" + (folder / "a:b"), SourceOptions());
   ASSERT_TRUE(source.ok()) << source.error().message;
   EXPECT_EQ((*source)->info().frame_count, 1);
 }

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+// The way of filled requests from libcamera's thread to the reader's: a ring without a lock, and a semaphore
+// to sleep on. Bounded by the number of requests there are, each of which is on its way once at most. Never
+// allocates after it is made.
+#pragma once
+#include <atomic>
+#include <cstdint>
+#include <vector>
+
+#include "core/base/semaphore.hpp"
+#include "core/base/spsc_ring.hpp"
+
+namespace loopsift {
+
+class CompletedRequests {
+ public:
+  enum class Wait { kRequest, kTimeout, kDisconnected };
+
+  explicit CompletedRequests(std::size_t requests) : storage_(requests), ring_(storage_) {}
+
+  /// libcamera's thread. False when more are on their way than there are.
+  [[nodiscard]] bool push(std::uint32_t request) {
+    const bool pushed = ring_.try_push(request);
+    changed_.post();
+    return pushed;
+  }
+  /// libcamera's thread: nothing more will come.
+  void disconnect() {
+    disconnected_.store(true, std::memory_order_release);
+    changed_.post();
+  }
+  /// Reader's thread: the oldest request, also after the end; waits until deadline_ns of the steady clock.
+  [[nodiscard]] Wait pop(std::uint32_t* request, std::int64_t deadline_ns) {
+    while (true) {
+      // Looked at first: what was pushed before the end is seen by the pop after it.
+      const bool over = disconnected_.load(std::memory_order_acquire);
+      if (ring_.try_pop(request)) return Wait::kRequest;
+      if (over) return Wait::kDisconnected;
+      if (!changed_.wait_until(deadline_ns)) return Wait::kTimeout;
+    }
+  }
+
+ private:
+  std::vector<std::uint32_t> storage_;
+  SpscRing<std::uint32_t> ring_;
+  Semaphore changed_;
+  std::atomic<bool> disconnected_{false};
+};
+
+}  // namespace loopsift
