@@ -93,7 +93,7 @@ OptionSection depth_calibration_section(DepthCalibrationOptions& o) {
 
 OptionSection file_odometry_section(TrajectoryOdometryOptions& o) {
   return {"odometry.file",
-          "Odometry from a file, which does not say how sure it is.",
+          "Odometry from a file (and over LCM), which does not say how sure it is.",
           {
               {"max_gap_s", &o.max_gap_s, "poses farther apart are not interpolated", {0, 1e6}},
               {"sigma_m_per_m", &o.sigma_m_per_m, "assumed drift per metre of path", {0, 10}},
@@ -202,6 +202,10 @@ OptionSection proposal_section(BackEndOptions& back, ProposalOptions& o) {
            "pairs tried for a new "
            "piece; bounds the time",
            {1, 1e6}},
+          {"max_repeats_per_fragment",
+           &o.max_repeats_per_fragment,
+           "earlier pairs tried again then, because a correction has moved them",
+           {0, 1e6}},
           {"min_overlap", &o.min_overlap, "of the smaller piece, to be a proposal at all", {0.01, 0.99}},
           {"min_expected_overlap",
            &o.min_expected_overlap,

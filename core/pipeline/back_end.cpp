@@ -5,6 +5,7 @@
 
 #include "core/base/heap_watch.hpp"
 #include "core/base/steady_time.hpp"
+#include "core/posegraph/chain_drift.hpp"
 
 namespace loopsift {
 namespace {
@@ -51,15 +52,32 @@ bool BackEnd::add_fragment(const Fragment& fragment) {
   if (!options_.propose) return true;
   const std::int64_t start = steady_now_ns();
   const std::vector<Se3> poses = T_map_fragment();
+  const std::vector<float> drift_m = drift_to_newest(calibrated_graph_);
   proposed_.clear();
   if (!within_fence([&] {
         proposer_.add_fragment(fragment);
-        proposer_.propose(fragment.id, poses, &proposed_);
+        proposer_.propose(fragment.id, poses, drift_m, &proposed_);
+        propose_again(poses);
       }))
     ++registrations_refused_;  // what was proposed before memory ran out stays
   proposal_times_.record_ns(steady_now_ns() - start);
   add_loops(Span<const Loop>(proposed_.data(), proposed_.size()));
   return true;
+}
+
+// Registered from two estimates, a pair often gives the same motion twice.
+void BackEnd::propose_again(Span<const Se3> T_map_fragment) {
+  const std::size_t first = proposed_.size();
+  proposer_.propose_again(T_map_fragment, &proposed_);
+  const auto is_known = [this](const Loop& loop) {
+    const auto& records = sifter_.records();
+    return std::any_of(records.begin(), records.end(), [&](const SiftedLoop& r) {
+      return r.loop.i == loop.i && r.loop.j == loop.j &&
+             same_motion(r.loop.T_i_j, loop.T_i_j, options_.proposal);
+    });
+  };
+  const auto begin = proposed_.begin() + static_cast<std::ptrdiff_t>(first);
+  proposed_.erase(std::remove_if(begin, proposed_.end(), is_known), proposed_.end());
 }
 
 void BackEnd::add_loops(Span<const Loop> loops) {

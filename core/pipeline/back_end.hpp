@@ -72,6 +72,7 @@ class BackEnd {
   [[nodiscard]] const LatencyHistogram& proposal_times() const { return proposal_times_; }
 
  private:
+  void propose_again(Span<const Se3> T_map_fragment);
   [[nodiscard]] bool id_is_taken(LoopId id) const;
 
   BackEndOptions options_;

@@ -53,6 +53,7 @@ Status validate(const ProposalOptions& o) {
   if (o.max_fragments < 1) return out_of_range("max_fragments", "1 or more");
   if (o.max_registrations_per_fragment < 1)
     return out_of_range("max_registrations_per_fragment", "1 or more");
+  if (o.max_repeats_per_fragment < 0) return out_of_range("max_repeats_per_fragment", "0 or more");
   if (o.max_matches < 3 || o.max_matches > 65534) return out_of_range("max_matches", "from 3 to 65534");
   if (!(o.min_overlap > 0 && o.min_overlap < 1)) return out_of_range("min_overlap", "between 0 and 1");
   if (!(o.min_expected_overlap >= 0)) return out_of_range("min_expected_overlap", "0 or more");

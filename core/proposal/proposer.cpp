@@ -7,15 +7,10 @@
 namespace loopsift {
 namespace {
 
-constexpr float kFieldReach = 0.20F;        // m, how far a partner is ever looked for
-constexpr int kMaxFieldCells = 1 << 20;     // 6 MiB; larger fragments get larger cells
-constexpr float kFeatureUnit = 1 / 255.0F;  // of a stored feature; features lie in [0, 1]
-
-bool same_motion(const Se3& a, const Se3& b, float max_m, float max_rad) {
-  const Se3 difference = a.inverse() * b;
-  return difference.translation().norm() < static_cast<double>(max_m) &&
-         difference.angle() < static_cast<double>(max_rad);
-}
+constexpr float kFieldReach = 0.20F;                 // m, how far a partner is ever looked for
+constexpr int kMaxFieldCells = 1 << 20;              // 6 MiB; larger fragments get larger cells
+constexpr float kRepeatMotion = 0.5F * kFieldReach;  // of an estimate that is worth another registration
+constexpr float kFeatureUnit = 1 / 255.0F;           // of a stored feature; features lie in [0, 1]
 
 float distance(const Fpfh& a, const Fpfh& b) {
   float sum = 0;
@@ -25,8 +20,18 @@ float distance(const Fpfh& a, const Fpfh& b) {
 
 }  // namespace
 
+bool same_motion(const Se3& a, const Se3& b, const ProposalOptions& options) {
+  const Se3 difference = a.inverse() * b;
+  return difference.translation().norm() < static_cast<double>(options.same_translation_m) &&
+         difference.angle() < static_cast<double>(options.same_rotation_rad);
+}
+
 Proposer::Proposer(const ProposalOptions& options, Arena& arena)
-    : options_(options), thinner_(options.cloud), extractor_(options.features), global_(options.global) {
+    : options_(options),
+      tried_(options.max_fragments, arena),
+      thinner_(options.cloud),
+      extractor_(options.features),
+      global_(options.global) {
   const auto fragments = static_cast<std::size_t>(options.max_fragments);
   const std::size_t keypoints = fragments * static_cast<std::size_t>(options.features.max_keypoints);
   keypoint_store_ = arena.carve<std::uint16_t>("proposal/keypoints", keypoints);
@@ -34,6 +39,7 @@ Proposer::Proposer(const ProposalOptions& options, Arena& arena)
   sample_store_ = arena.carve<Eigen::Vector3f>("proposal/samples", fragments * kSamples);
   entries_.reserve(fragments);
   candidates_.reserve(fragments);
+  repeats_.reserve(static_cast<std::size_t>(options.max_repeats_per_fragment) + 1);
 }
 
 const Proposer::Entry* Proposer::find(FragmentId id) const {
@@ -74,6 +80,9 @@ void Proposer::store(const Fragment& fragment) {
   entry.samples = Span<Eigen::Vector3f>(sample_store_.data() + slot * kSamples, samples);
   for (std::size_t k = 0; k < samples; ++k)
     entry.samples[k] = source_cloud_.points[k * source_cloud_.size() / samples];
+  for (const Eigen::Vector3f& p : entry.samples) entry.center += p / static_cast<float>(samples);
+  for (const Eigen::Vector3f& p : entry.samples)
+    entry.radius = std::max(entry.radius, (p - entry.center).norm());
   entries_.push_back(entry);
 }
 
@@ -91,23 +100,46 @@ void Proposer::prepare_target(const Entry& newest) {
   matcher_.set_target(features_);
 }
 
+// No odometry edge says how a fragment after a loss of tracking hangs together with the one before.
+bool Proposer::are_neighbours(std::size_t entry, std::size_t later) const {
+  const Fragment& second = *entries_[later].fragment;
+  return entries_[entry].fragment->id.index() + 1 == second.id.index() && second.joined_to_previous;
+}
+
+/// The part of the entry's points that have a partner in the target, on average over the estimate and the six
+/// motions that are off by one standard deviation along an axis (a cubature of the normal distribution).
+float Proposer::expected_overlap(const Entry& entry, const Se3& T_target_entry, float drift_m) const {
+  const Se3f T(T_target_entry);
+  const auto near_at = [&](const Eigen::Vector3f& offset) {
+    return std::count_if(entry.samples.begin(), entry.samples.end(), [&](const Eigen::Vector3f& p) {
+      return field_.nearest(T * p + offset) != NearestField::kNone;
+    });
+  };
+  if (entry.samples.empty()) return 0.0F;
+  auto near = near_at(Eigen::Vector3f::Zero());
+  int motions = 1;
+  for (int axis = 0; axis < 3 && drift_m > options_.cloud.voxel_m; ++axis, motions += 2)
+    near += near_at(drift_m * Eigen::Vector3f::Unit(axis)) + near_at(-drift_m * Eigen::Vector3f::Unit(axis));
+  return static_cast<float>(near) /
+         static_cast<float>(entry.samples.size() * static_cast<std::size_t>(motions));
+}
+
 /// The pairs to try. When there are more than may be tried, half are those that overlap most under the
-/// current estimate, half those that look most alike, so that small and large drifts are both caught.
-void Proposer::choose_candidates(const Entry& newest, Span<const Se3> T_map_fragment) {
+/// current estimate and its uncertainty, half those that look most alike, so that small and large drifts are
+/// both caught.
+void Proposer::choose_candidates(const Entry& newest, Span<const Se3> T_map_fragment,
+                                 Span<const float> drift_m) {
   candidates_.clear();
   const std::size_t newest_index = newest.fragment->id.index();
-  // No odometry edge says how a fragment after a loss of tracking hangs together with the one before.
-  const std::size_t skipped = newest.fragment->joined_to_previous ? 2 : 1;
-  for (std::size_t e = 0; e < entries_.size(); ++e) {
+  const auto newest_entry = static_cast<std::size_t>(&newest - entries_.data());
+  for (std::size_t e = 0; e < newest_entry; ++e) {
+    if (are_neighbours(e, newest_entry)) continue;
     const std::size_t index = entries_[e].fragment->id.index();
-    if (index + skipped > newest_index) break;
     Candidate candidate{e, 0, distance(entries_[e].mean, newest.mean)};
-    if (newest_index < T_map_fragment.size() && !entries_[e].samples.empty()) {
-      const Se3f T(T_map_fragment[newest_index].inverse() * T_map_fragment[index]);
-      int near = 0;
-      for (const Eigen::Vector3f& p : entries_[e].samples)
-        near += field_.nearest(T * p) != NearestField::kNone ? 1 : 0;
-      candidate.expected_overlap = static_cast<float>(near) / static_cast<float>(entries_[e].samples.size());
+    if (newest_index < T_map_fragment.size()) {
+      const Se3 T_newest_entry = T_map_fragment[newest_index].inverse() * T_map_fragment[index];
+      const float drift = index < drift_m.size() ? drift_m[index] : 0.0F;
+      candidate.expected_overlap = expected_overlap(entries_[e], T_newest_entry, drift);
     }
     candidates_.push_back(candidate);
   }
@@ -154,8 +186,7 @@ void Proposer::keep(const IcpResult& result, FragmentId earlier, FragmentId newe
   loop.j = newest;
   loop.T_i_j = result.T_target_source.inverse();
   for (std::size_t k = first_of_pair; k < out->size(); ++k)
-    if (same_motion((*out)[k].T_i_j, loop.T_i_j, options_.same_translation_m, options_.same_rotation_rad))
-      return;
+    if (same_motion((*out)[k].T_i_j, loop.T_i_j, options_)) return;
   // (T exp(ξ))⁻¹ = T⁻¹ exp(−Ad(T) ξ), so ξ = −Ad(T⁻¹) η with η the perturbation of T_i_j = T⁻¹.
   const Matrix6d Ad = loop.T_i_j.adjoint();
   loop.information = Ad.transpose() * result.information * Ad;
@@ -182,18 +213,64 @@ void Proposer::try_pair(const Candidate& candidate, const Entry& newest, Span<co
   }
   keep(best, i, j, first_of_pair, out);
 
-  if (candidate.expected_overlap < options_.min_expected_overlap) return;
+  if (j.index() >= T_map_fragment.size()) return;
+  const auto target_entry = static_cast<std::size_t>(&newest - entries_.data());
   const Se3 T_j_i = T_map_fragment[j.index()].inverse() * T_map_fragment[i.index()];
+  tried_.set(candidate.entry, target_entry, T_j_i);
+  if (candidate.expected_overlap < options_.min_expected_overlap) return;
+  ++counts_.estimates_tried;
   keep(refine(options_.icp, target, source_cloud_, T_j_i), i, j, first_of_pair, out);
 }
 
-void Proposer::propose(FragmentId newest_id, Span<const Se3> T_map_fragment, std::vector<Loop>* out) {
+void Proposer::propose(FragmentId newest_id, Span<const Se3> T_map_fragment, Span<const float> drift_m,
+                       std::vector<Loop>* out) {
   const Entry* newest = find(newest_id);
   if (newest == nullptr) return;
   prepare_target(*newest);
   if (target_cloud_.size() < static_cast<std::size_t>(options_.icp.min_partners)) return;
-  choose_candidates(*newest, T_map_fragment);
+  choose_candidates(*newest, T_map_fragment, drift_m);
   for (const Candidate& candidate : candidates_) try_pair(candidate, *newest, T_map_fragment, out);
+}
+
+/// Pairs that may overlap under this estimate, and whose estimate is another than when they were last tried.
+void Proposer::choose_repeats(Span<const Se3> T_map_fragment) {
+  repeats_.clear();
+  const auto limit = static_cast<std::size_t>(options_.max_repeats_per_fragment);
+  for (std::size_t target = 1; target < entries_.size(); ++target) {
+    const Entry& later = entries_[target];
+    if (later.fragment->id.index() >= T_map_fragment.size()) break;
+    const Se3 T_later_map = T_map_fragment[later.fragment->id.index()].inverse();
+    for (std::size_t e = 0; e < target; ++e) {
+      const Entry& earlier = entries_[e];
+      if (are_neighbours(e, target)) continue;
+      const Se3 T_later_earlier = T_later_map * T_map_fragment[earlier.fragment->id.index()];
+      const Eigen::Vector3f center = (T_later_earlier * earlier.center.cast<double>()).cast<float>();
+      const float apart = (center - later.center).norm() / (earlier.radius + later.radius);
+      const bool may_overlap = apart < 1.0F && (repeats_.size() < limit || apart < repeats_.back().apart);
+      if (!may_overlap) continue;
+      if (tried_.moved(e, target, T_later_earlier, earlier.center, earlier.radius) < kRepeatMotion) continue;
+      const Repeat repeat{e, target, apart};
+      const auto at = std::upper_bound(repeats_.begin(), repeats_.end(), repeat,
+                                       [](const Repeat& a, const Repeat& b) { return a.apart < b.apart; });
+      repeats_.insert(at, repeat);
+      if (repeats_.size() > limit) repeats_.pop_back();
+    }
+  }
+}
+
+void Proposer::propose_again(Span<const Se3> T_map_fragment, std::vector<Loop>* out) {
+  choose_repeats(T_map_fragment);
+  for (const Repeat& repeat : repeats_) {
+    const Entry &earlier = entries_[repeat.entry], &later = entries_[repeat.target];
+    const FragmentId i = earlier.fragment->id, j = later.fragment->id;
+    const Se3 T_j_i = T_map_fragment[j.index()].inverse() * T_map_fragment[i.index()];
+    ++counts_.pairs_repeated;
+    tried_.set(repeat.entry, repeat.target, T_j_i);
+    prepare_target(later);
+    if (expected_overlap(earlier, T_j_i, 0.0F) < options_.min_expected_overlap) continue;
+    thinner_.thin(earlier.fragment->surfels, &source_cloud_);
+    keep(refine(options_.icp, {&target_cloud_, &field_}, source_cloud_, T_j_i), i, j, out->size(), out);
+  }
 }
 
 }  // namespace loopsift

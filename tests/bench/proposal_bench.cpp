@@ -75,7 +75,7 @@ void bench_pair(benchmark::State& state) {
   std::vector<Loop> loops;
   for (auto _ : state) {
     loops.clear();
-    proposer.propose(fragments[2].id, estimate, &loops);
+    proposer.propose(fragments[2].id, estimate, {}, &loops);
   }
 }
 BENCHMARK(bench_pair)->Unit(benchmark::kMillisecond);

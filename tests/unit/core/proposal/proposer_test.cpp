@@ -7,6 +7,7 @@
 #include <limits>
 #include <random>
 
+#include "tests/support/in_arena.hpp"
 #include "tests/unit/core/proposal/scene.hpp"
 
 namespace loopsift {
@@ -38,7 +39,7 @@ class ProposerTest : public ::testing::Test {
     std::vector<Loop> loops;
     for (const Fragment& fragment : fragments_) {
       proposer.add_fragment(fragment);
-      proposer.propose(fragment.id, estimate, &loops);
+      proposer.propose(fragment.id, estimate, {}, &loops);
     }
     counts_ = proposer.counts();
     return loops;
@@ -140,6 +141,77 @@ TEST_F(ProposerTest, KeepsBothWhenTheEstimateLeadsElsewhere) {
   EXPECT_GT(loops[0].overlap, loops[1].overlap);
 }
 
+TEST_F(ProposerTest, APairIsTriedAgainOnceTheEstimateHasChanged) {
+  add_corner(Se3(), 0, 3);
+  add(test::flat_floor(), Se3());
+  add_corner(kFar, 0, 3);
+  ProposalOptions options;
+  options.global.min_agreeing = 65534;  // features alone lead nowhere
+  const test::InArena<Proposer> proposer(options);
+  const std::vector<Se3> drifted = {Se3(), test::motion(9, 0, 0, 0, 0, 0),
+                                    kFar * test::motion(5, 0, 0, 0, 0, 0)};
+  std::vector<Loop> loops;
+  for (const Fragment& fragment : fragments_) {
+    proposer->add_fragment(fragment);
+    proposer->propose(fragment.id, drifted, {}, &loops);
+  }
+  proposer->propose_again(drifted, &loops);
+  EXPECT_TRUE(loops.empty());
+  EXPECT_EQ(proposer->counts().pairs_repeated, 0) << "the estimate is the one that was tried";
+  std::vector<Se3> corrected = truth_;
+  corrected[1] = drifted[1];
+  corrected[2] = corrected[2] * test::motion(0.03, 0.01, -0.02, 0, 0.01, 0);
+  proposer->propose_again(corrected, &loops);
+  ASSERT_EQ(loops.size(), 1U);
+  EXPECT_EQ(loops[0].i.value, 0);
+  EXPECT_EQ(loops[0].j.value, 2);
+  EXPECT_LT((loops[0].T_i_j.inverse() * truth(loops[0])).log().norm(), 0.02);
+  corrected[2] = truth_[2];
+  proposer->propose_again(corrected, &loops);
+  EXPECT_EQ(loops.size(), 1U);
+  EXPECT_EQ(proposer->counts().pairs_repeated, 1) << "a few centimetres are no other estimate";
+}
+
+TEST_F(ProposerTest, RepeatsNoMoreThanAllowed) {
+  for (int k = 0; k < 6; ++k) add_corner(test::motion(0.05 * k, 0, 0, 0, 0, 0), 0, 3);
+  ProposalOptions options;
+  options.max_repeats_per_fragment = 3;
+  options.max_registrations_per_fragment = 1;
+  const test::InArena<Proposer> proposer(options);
+  std::vector<Loop> loops;
+  for (const Fragment& fragment : fragments_) {
+    proposer->add_fragment(fragment);
+    proposer->propose(fragment.id, truth_, {}, &loops);
+  }
+  const auto skipped = proposer->counts().pairs_skipped;
+  EXPECT_EQ(skipped, 6);
+  for (const std::int64_t expected : {3, 6, 6}) {  // what was never tried is tried, a few at a time
+    proposer->propose_again(truth_, &loops);
+    EXPECT_EQ(proposer->counts().pairs_repeated, expected);
+  }
+}
+
+TEST_F(ProposerTest, TheUncertainEstimateIsTriedWhereItMayOverlap) {
+  add_corner(Se3(), 0, 3);
+  add(test::flat_floor(), Se3());
+  add_corner(Se3(), 0, 3);
+  ProposalOptions options;
+  options.global.min_agreeing = 65534;
+  options.min_expected_overlap = 0.1F;
+  // Along z, where the estimate is, nothing overlaps; a standard deviation back, all does.
+  const std::vector<Se3> drifted = {Se3(), test::motion(9, 0, 0, 0, 0, 0), test::motion(0, 0, 3, 0, 0, 0)};
+  for (const float drift_m : {0.0F, 3.0F}) {
+    const test::InArena<Proposer> proposer(options);
+    std::vector<Loop> loops;
+    const std::vector<float> drift = {drift_m, drift_m, 0.0F};
+    for (const Fragment& fragment : fragments_) proposer->add_fragment(fragment);
+    const auto before = proposer->counts().pairs_tried;
+    proposer->propose(FragmentId{2}, drifted, drift, &loops);
+    EXPECT_EQ(proposer->counts().pairs_tried, before + 1);
+    EXPECT_EQ(proposer->counts().estimates_tried, drift_m > 0 ? 1 : 0);
+  }
+}
+
 TEST_F(ProposerTest, AgreeingStartsAreOneProposal) {
   add_corner(Se3(), 0, 3);
   add(test::flat_floor(), Se3());
@@ -229,6 +301,8 @@ TEST(ProposalOptions, AreCheckedByName) {
   EXPECT_THAT(message([](auto& o) { o.max_fragments = 0; }), HasSubstr("max_fragments"));
   EXPECT_THAT(message([](auto& o) { o.max_registrations_per_fragment = 0; }),
               HasSubstr("max_registrations_per_fragment"));
+  EXPECT_THAT(message([](auto& o) { o.max_repeats_per_fragment = -1; }),
+              HasSubstr("max_repeats_per_fragment"));
 }
 
 }  // namespace
