@@ -19,6 +19,7 @@ int parse_and_run(int argc, const char* const* argv) {
   add_sift_command(app, &exit_code);
   add_compare_command(app, &exit_code);
   add_convert_command(app, &exit_code);
+  add_devices_command(app, &exit_code);
   add_dmp_command(app, &exit_code);
   add_eval_trajectory_command(app, &exit_code);
   add_eval_loops_command(app, &exit_code);

@@ -13,6 +13,7 @@ namespace loopsift::tool {
 // Each adds one command; its callback writes the exit code, which is kExitDone before.
 void add_compare_command(CLI::App& app, int* exit_code);
 void add_convert_command(CLI::App& app, int* exit_code);
+void add_devices_command(CLI::App& app, int* exit_code);
 void add_dmp_command(CLI::App& app, int* exit_code);
 void add_eval_loops_command(CLI::App& app, int* exit_code);
 void add_eval_surface_command(CLI::App& app, int* exit_code);
