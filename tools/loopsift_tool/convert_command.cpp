@@ -22,7 +22,8 @@ struct ConvertOptions {
 };
 
 int convert_sequence(const ConvertOptions& options) {
-  const auto source = open_source(options.from, {});
+  const SourceOptions as_it_is;
+  const auto source = open_source(options.from, as_it_is);
   if (!source.ok()) return fail_to_open_source(source.error());
   const auto writer = open_recording_writer(options.format, options.to, (*source)->info());
   if (!writer.ok()) return fail(writer.error());
