@@ -14,6 +14,9 @@ Status validate(const FragmentOptions& o) {
   };
   if (o.frames_per_fragment < 2 || o.frames_per_fragment > 10000)
     return out_of_range("frames_per_fragment", "from 2 to 10000");
+  if (!(o.max_travel_m >= 0)) return out_of_range("max_travel_m", "0 or more");
+  if (!(o.max_turn_rad >= 0)) return out_of_range("max_turn_rad", "0 or more");
+  if (!(o.max_drift_m >= 0)) return out_of_range("max_drift_m", "0 or more");
   if (o.views_per_fragment < 1 || o.views_per_fragment > o.frames_per_fragment)
     return out_of_range("views_per_fragment", "from 1 to frames_per_fragment");
   if (o.view_step < 1) return out_of_range("view_step", "1 or more");
@@ -47,6 +50,25 @@ FragmentBuilder::FragmentBuilder(const FragmentOptions& options, const PinholeCa
                                           static_cast<std::size_t>(view_camera_.width) *
                                           static_cast<std::size_t>(view_camera_.height))) {}
 
+bool FragmentBuilder::full() const {
+  const auto beyond = [](double value, float limit) {
+    return limit > 0 && value > static_cast<double>(limit);
+  };
+  if (frame_count_ >= options_.frames_per_fragment) return true;
+  return beyond(course_.travel_m, options_.max_travel_m) || beyond(course_.turn_rad, options_.max_turn_rad) ||
+         beyond(std::sqrt(course_.variance_m2), options_.max_drift_m);
+}
+
+// First order: the variances of the motions add up.
+void FragmentBuilder::follow_course(const Se3& T_fragment_camera, const Matrix6d& information) {
+  const Se3& T_fragment_before = frames_[static_cast<std::size_t>(frame_count_ - 1)].T_fragment_camera;
+  const Se3 motion = T_fragment_before.inverse() * T_fragment_camera;
+  course_.travel_m += motion.translation().norm();
+  course_.turn_rad += motion.angle();
+  if (options_.max_drift_m > 0)
+    course_.variance_m2 += information.inverse().topLeftCorner<3, 3>().trace() / 3;
+}
+
 void FragmentBuilder::integrate(const Frame& frame, const Se3& T_odom_camera, const Matrix6d& information,
                                 bool joined) {
   if (full()) return;  // the caller did not close; a frame too many is left out
@@ -55,6 +77,7 @@ void FragmentBuilder::integrate(const Frame& frame, const Se3& T_odom_camera, co
     joined_ = joined;
   }
   const Se3 T_fragment_camera = T_odom_fragment_.inverse() * T_odom_camera;
+  if (!empty()) follow_course(T_fragment_camera, information);
   new (&frames_[static_cast<std::size_t>(frame_count_)])
       FragmentFrame{frame.id, frame.timestamp_ns, T_fragment_camera, information};
   // View k is frame ⌊k · frames / views⌋: evenly spread, the first frame always among them.
@@ -98,6 +121,7 @@ const Fragment* FragmentBuilder::close(FragmentStore* store) {
   const Fragment* closed = store->add(fragment);
   surfels_.clear();
   frame_count_ = view_count_ = 0;
+  course_ = {};
   return closed;
 }
 

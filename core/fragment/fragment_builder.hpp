@@ -28,8 +28,9 @@ class FragmentBuilder {
   /// of the motion since the frame before; joined says, for a first frame, whether the odometry held since
   /// then.
   void integrate(const Frame& frame, const Se3& T_odom_camera, const Matrix6d& information, bool joined);
-  /// frames_per_fragment are in.
-  [[nodiscard]] bool full() const { return frame_count_ >= options_.frames_per_fragment; }
+  /// Time to close: frames_per_fragment are in, or the camera has gone, turned or may have drifted as far as
+  /// the options allow (but never before there is a second frame).
+  [[nodiscard]] bool full() const;
   [[nodiscard]] bool empty() const { return frame_count_ == 0; }
   /// Thins the active surfels, moves all into the store and is empty afterwards. Null when empty() or when
   /// the store is full.
@@ -40,7 +41,12 @@ class FragmentBuilder {
   [[nodiscard]] const Se3& T_odom_fragment() const { return T_odom_fragment_; }
 
  private:
+  /// What has summed up since the first frame.
+  struct Course {
+    double travel_m = 0, turn_rad = 0, variance_m2 = 0;  ///< variance of the position, per axis
+  };
   void keep_view(const Frame& frame, const Se3& T_fragment_camera);
+  void follow_course(const Se3& T_fragment_camera, const Matrix6d& information);
 
   FragmentOptions options_;
   PinholeCamera view_camera_;
@@ -50,6 +56,7 @@ class FragmentBuilder {
   Span<ScoreView> views_;
   Span<float> view_pixels_;
   Se3 T_odom_fragment_;
+  Course course_;
   bool joined_ = false;
   int frame_count_ = 0, view_count_ = 0;
 };

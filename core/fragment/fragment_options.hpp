@@ -6,7 +6,10 @@
 namespace loopsift {
 
 struct FragmentOptions {
-  int frames_per_fragment = 50;
+  int frames_per_fragment = 50;  ///< at most; a fragment closes earlier where one of the next three says so
+  float max_travel_m = 0;        ///< way of the camera; 0: no limit
+  float max_turn_rad = 0;        ///< sum of the camera's turns; 0: no limit
+  float max_drift_m = 0;         ///< standard deviation of the position since the first frame; 0: no limit
   int views_per_fragment = 2;    ///< frames kept for scoring, evenly spread
   int view_step = 16;            ///< raw pixels per view pixel in each direction
   int active_capacity = 100000;  ///< surfels of the fragment being built

@@ -196,6 +196,45 @@ TEST(FragmentBuilder, ThinsUntilTheFragmentFits) {
     ASSERT_NEAR(std::hypot(closed->surfels.nx[i], closed->surfels.ny[i], closed->surfels.nz[i]), 1.0F, 1e-4F);
 }
 
+// Steps of 3 cm and 20 mrad, each known to 1 cm; frames until it is time to close.
+int frames_until_full(const FragmentOptions& options) {
+  FusedScene fused(AnalyticScene::room(), options);
+  for (int i = 0;; ++i) {
+    if (fused.builder().full()) return i;
+    fused.add_with(shifted(0.03 * i, 0, 0, 0.02 * i), 1e4 * Matrix6d::Identity());
+  }
+}
+
+TEST(FragmentBuilder, ClosesByFramesWayTurnOrDriftWhicheverComesFirst) {
+  FragmentOptions options;
+  options.frames_per_fragment = 20;
+  EXPECT_EQ(frames_until_full(options), 20);
+  options.max_travel_m = 0.5F;  // 16 steps are 0.48 m
+  EXPECT_EQ(frames_until_full(options), 18);
+  options.max_turn_rad = 0.25F;  // 12 steps are 0.24 rad
+  EXPECT_EQ(frames_until_full(options), 14);
+  options.max_drift_m = 0.025F;  // 6 steps are 2.4 cm
+  EXPECT_EQ(frames_until_full(options), 8);
+  options.max_travel_m = options.max_turn_rad = 1e-3F;
+  EXPECT_EQ(frames_until_full(options), 2) << "one frame says nothing about a way";
+}
+
+TEST(FragmentBuilder, ACourseBeginsAnewWithEachFragment) {
+  FragmentOptions options;
+  options.max_travel_m = 0.25F;
+  FusedScene fused(AnalyticScene::room(), options);
+  std::vector<std::size_t> frames;
+  for (int i = 0; i < 40; ++i) {
+    fused.add(shifted(0.03 * i, 0, 0));
+    if (!fused.builder().full()) continue;
+    const Fragment* closed = fused.builder().close(&fused.store());
+    ASSERT_NE(closed, nullptr);
+    frames.push_back(closed->frames.size());
+    EXPECT_GE(closed->views.size(), 1U);
+  }
+  EXPECT_EQ(frames, (std::vector<std::size_t>{10, 10, 10, 10}));
+}
+
 TEST(FragmentOptions, ErrorsNameTheOption) {
   EXPECT_TRUE(validate(FragmentOptions()).ok());
   FragmentOptions options;
@@ -204,6 +243,9 @@ TEST(FragmentOptions, ErrorsNameTheOption) {
   options = {};
   options.views_per_fragment = 51;
   EXPECT_THAT(validate(options).error().message, testing::HasSubstr("fragment.views_per_fragment"));
+  options = {};
+  options.max_drift_m = -1;
+  EXPECT_THAT(validate(options).error().message, testing::HasSubstr("fragment.max_drift_m"));
   options = {};
   options.thin_cell_m = 0;
   EXPECT_THAT(validate(options).error().message, testing::HasSubstr("fragment.thin_cell_m"));

@@ -37,8 +37,11 @@ class FusedScene {
     parts_ = std::make_unique<Parts>(fragment, stored, *arena_);
   }
   void add(const Se3& T, double noise_floor_m = 0, double noise_slope = 0) {
-    builder().integrate(preprocess(camera.capture(scene, T, noise_floor_m, noise_slope)), T,
-                        Matrix6d::Identity(), true);
+    add_with(T, Matrix6d::Identity(), noise_floor_m, noise_slope);
+  }
+  void add_with(const Se3& T, const Matrix6d& information, double noise_floor_m = 0, double noise_slope = 0) {
+    builder().integrate(preprocess(camera.capture(scene, T, noise_floor_m, noise_slope)), T, information,
+                        true);
   }
   const Frame& preprocess(const RawFrame& raw) { return parts_->preprocessor.process(raw); }
   FragmentBuilder& builder() { return parts_->builder; }
