@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: MIT
 """Draws how loop filters hold up: the CSV that `loopsift-tool compare --sweep` writes, as one picture. Columns are
 the sweep's three axes; rows the trajectory's error and the share of wrong loops among those kept. A point is the mean
-over the seeds, the band reaches from the best to the worst of them. With --markdown it prints the table of
-`loopsift-tool compare --json` instead."""
+over the seeds, the band reaches from the best to the worst of them. With --markdown it prints a table instead: of the
+JSON of `loopsift-tool compare --json` all figures, of a sweep's CSV the mean errors at the ends of the axes (* where
+wrong loops were kept) and at how many points loopsift is the lowest or within 3 mm or 5 % of it."""
 import argparse
 import collections
 import csv
@@ -97,6 +98,37 @@ def draw(rows, title, path):
     figure.savefig(path, dpi=85)
 
 
+def within_goal(rows):
+    """At how many points, of how many, loopsift is no worse than 3 mm or 5 % above the lowest published filter."""
+    points = collections.defaultdict(dict)
+    for row in rows:
+        points[row["axis"], row["value"], row["seed"]][row["filter"]] = ate_cm(row)
+    good = 0
+    for errors in points.values():
+        best = min(e for name, e in errors.items() if name not in OURS and name != "all true loops")
+        good += errors["loopsift"] <= best + max(0.3, 0.05 * best)
+    return good, len(points)
+
+
+def print_sweep(path):
+    rows = read_rows(path)
+    ends = []
+    for axis, label in (("false_loops", "false {:g}"), ("loop_information", "loops ×{:g}"),
+                        ("odometry_information", "odometry ×{:g}")):
+        values = sorted({float(row["value"]) for row in rows if row["axis"] == axis})
+        ends += [(axis, value, label.format(value)) for value in dict.fromkeys((values[0], values[-1]))]
+    print("| error, cm |", " | ".join(label for _, _, label in ends), "|")
+    print("|---" * (len(ends) + 1) + "|")
+    for name in dict.fromkeys(row["filter"] for row in rows):
+        cells = []
+        for axis, value, _ in ends:
+            here = [r for r in rows if (r["axis"], float(r["value"]), r["filter"]) == (axis, value, name)]
+            wrong = "\\*" if any(wrong_share(r) > 0 for r in here) else ""
+            cells.append(f"{sum(map(ate_cm, here)) / len(here):.2f}{wrong}")
+        print("|", f"**{name}**" if name in OURS else name, "|", " | ".join(cells), "|")
+    print("\nloopsift lowest, or within 3 mm or 5 % of the lowest: {} of {} points.".format(*within_goal(rows)))
+
+
 def print_markdown(path):
     with open(path, encoding="utf-8") as file:
         rows = json.load(file)
@@ -124,13 +156,13 @@ def print_markdown(path):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("input", help="the sweep's CSV, or with --markdown the table's JSON")
+    parser.add_argument("input", help="the sweep's CSV, or with --markdown also the table's JSON")
     parser.add_argument("picture", nargs="?", help="PNG to write")
     parser.add_argument("--title", default="Loop filters on the same loops")
-    parser.add_argument("--markdown", action="store_true", help="print the table of a comparison")
+    parser.add_argument("--markdown", action="store_true", help="print a table")
     arguments = parser.parse_args()
     if arguments.markdown:
-        print_markdown(arguments.input)
+        (print_sweep if arguments.input.endswith(".csv") else print_markdown)(arguments.input)
     elif arguments.picture is None:
         parser.error("say where to draw to: SWEEP.csv PICTURE.png")
     else:
