@@ -154,9 +154,13 @@ void add_convert_command(CLI::App& app, int* exit_code) {
 
   CLI::App* sequence =
       add_kind(command, "sequence", "A recording in another format; colour goes through JPEG", o,
-               "the recording: replay:FORMAT:PATH or any other source",
+               "the recording: replay:FORMAT:PATH, openni2:FILE.oni or any other source that ends",
                "a folder, or a file for klg; made when missing");
-  sequence->add_option("--to", o->format, "klg, tum, 7scenes, redwood or sun3d")->required();
+  sequence
+      ->add_option("--to", o->format,
+                   "klg, tum, 7scenes, redwood or sun3d; not .oni, which only OpenNI2's own recorder "
+                   "writes")
+      ->required();
   sequence->callback([options, exit_code] { *exit_code = convert_sequence(*options); });
 
   CLI::App* trajectory = add_kind(command, "trajectory", "A trajectory in another format", o,

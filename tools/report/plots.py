@@ -125,6 +125,21 @@ def dmp_views(views):
     return to_svg(figure, "Map residual of each view")
 
 
+def residual_distribution(residual):
+    """residual: {"before", "after": m, by surfel, NaN where unknown}: the share of surfels below each value."""
+    figure, ax = axes()
+    share = np.linspace(0, 100, 201)
+    for state, color in (("before", BEFORE), ("after", AFTER)):
+        values = 100 * np.nanpercentile(residual[state], share)
+        ax.plot(values, share, color=color, label=f"{state}: median {values[100]:.1f} cm")
+    ax.set_xscale("log")
+    ax.xaxis.set_major_formatter(lambda v, _: f"{v:g}")
+    ax.set(xlabel="residual of a surfel, cm", ylabel="surfels below it, %", ylim=(0, 101),
+           xlim=(100 * np.nanpercentile(residual["after"], 1), 100 * np.nanpercentile(residual["before"], 99.8)))
+    legend_above(ax, 2)
+    return to_svg(figure, "Distribution of the residual over the map")
+
+
 def dmp_totals(before, after):
     figure, ax = axes(height=1.3)
     ax.barh([1, 0], [before, after], color=[BEFORE, AFTER], height=0.6)

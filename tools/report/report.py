@@ -71,10 +71,12 @@ def loop_section(run, evaluation, up, axes):
 def residual_section(run, evaluation):
     views = evaluation.get("dmp_views")
     if views:
-        return page.section("Dense map posterior", page.figure(
-            plots.dmp_views(views), "Mean squared difference between the depth that the run's map predicts and the "
-            f"measured one, in {len(views['time_s'])} frames of the recording, before and after correction; green where "
-            "it fell."))
+        spread = plots.residual_distribution(run.residual) if len(run.residual) == 2 else ""
+        return page.section("Dense map posterior", page.pair(
+            page.figure(plots.dmp_views(views), "Mean squared difference between the depth that the run's map predicts "
+                        f"and the measured one, in {len(views['time_s'])} frames of the recording, before and after "
+                        "correction; green where it fell."),
+            page.figure(spread, "How large the residual of a surfel is, over the whole map.")))
     dmp = (run.figures or {}).get("dmp", {})
     if dmp.get("odometry") is None or dmp.get("final") is None:
         return ""
