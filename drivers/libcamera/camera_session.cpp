@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <limits>
 #include <mutex>
 
 #include "core/base/steady_time.hpp"
@@ -100,6 +101,8 @@ Expected<std::unique_ptr<CameraSession>> CameraSession::open(const std::string& 
 
 CameraSession::~CameraSession() {
   if (!camera_) return;
+  if (read_) read_->end();
+  if (queueing_.joinable()) queueing_.join();
   (void)camera_->stop();  // of a camera that is gone: fails, no matter
   camera_->requestCompleted.disconnect(this);
   camera_->disconnected.disconnect(this);
@@ -174,7 +177,8 @@ Status CameraSession::allocate() {
     return error(ErrorCode::kIo, std::string("gives no buffers: ") + std::strerror(-result));
   for (const std::unique_ptr<libcamera::FrameBuffer>& buffer : allocator_->buffers(stream))
     if (Status added = add_request(buffer.get()); !added) return added;
-  completed_ = std::make_unique<CompletedRequests>(slots_.size());
+  completed_ = std::make_unique<RequestHandover>(slots_.size());
+  read_ = std::make_unique<RequestHandover>(slots_.size());
   return {};
 }
 
@@ -228,8 +232,8 @@ Status CameraSession::start(double rate_hz) {
   for (Slot& slot : slots_) {
     if (const int result = camera_->queueRequest(slot.request.get()); result != 0)
       return error(ErrorCode::kIo, std::string("takes no requests: ") + std::strerror(-result));
-    ++with_camera_;
   }
+  queueing_ = std::thread([this] { queue_again(); });
   return {};
 }
 
@@ -246,13 +250,15 @@ bool CameraSession::is_short(const Slot& slot) const {
 
 CameraSession::Take CameraSession::take(int timeout_ms, TakenImage* taken) {
   const std::int64_t deadline_ns = steady_now_ns() + std::int64_t{timeout_ms} * 1'000'000;
-  while (!lost_ && with_camera_ > 0) {
-    const CompletedRequests::Wait wait = completed_->pop(&taken->request, deadline_ns);
-    if (wait == CompletedRequests::Wait::kTimeout) return Take::kTimeout;
-    if (wait == CompletedRequests::Wait::kDisconnected) break;
-    --with_camera_;
+  while (cancelled_ < slots_.size()) {
+    const RequestHandover::Wait wait = completed_->pop(&taken->request, deadline_ns);
+    if (wait == RequestHandover::Wait::kTimeout) return Take::kTimeout;
+    if (wait == RequestHandover::Wait::kEnded) return Take::kLost;
     const Slot& slot = slots_[taken->request];
-    if (slot.request->status() == libcamera::Request::RequestCancelled) continue;  // the camera is stopping
+    if (slot.request->status() == libcamera::Request::RequestCancelled) {  // the camera is stopping
+      ++cancelled_;
+      continue;
+    }
     const libcamera::FrameMetadata& metadata = slot.buffer->metadata();
     taken->image = slot.image;
     taken->count = metadata.sequence;
@@ -260,17 +266,21 @@ CameraSession::Take CameraSession::take(int timeout_ms, TakenImage* taken) {
     taken->damaged = metadata.status != libcamera::FrameMetadata::FrameSuccess || is_short(slot);
     return Take::kImage;
   }
-  lost_ = true;
   return Take::kLost;
 }
 
 void CameraSession::give_back(const TakenImage& taken) {
-  libcamera::Request* request = slots_[taken.request].request.get();
-  request->reuse(libcamera::Request::ReuseBuffers);
-  if (camera_->queueRequest(request) == 0) {
-    ++with_camera_;
-  } else {
-    lost_ = true;
+  if (!read_->push(taken.request)) disconnected();  // given back twice
+}
+
+// The body of queueing_. A camera that takes no more requests is as good as gone.
+void CameraSession::queue_again() {
+  constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
+  std::uint32_t index = 0;
+  while (read_->pop(&index, kNever) == RequestHandover::Wait::kRequest) {
+    libcamera::Request* request = slots_[index].request.get();
+    request->reuse(libcamera::Request::ReuseBuffers);
+    if (camera_->queueRequest(request) != 0) disconnected();
   }
 }
 

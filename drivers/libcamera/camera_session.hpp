@@ -2,18 +2,19 @@
 // One libcamera camera from acquiring to letting go: configuration, buffers, requests going round. In: a
 // camera's index or id. Out: its images as they lie in the camera's buffers, one at a time. Threads: open,
 // take, give_back and the destructor belong to one reader; libcamera calls back from a thread of its own,
-// which only passes the number of a request on. take() allocates nothing; give_back() queues the request
-// again, inside which libcamera allocates.
+// which only passes the number of a request on; a third thread queues requests again, because libcamera
+// allocates there. take() and give_back() allocate nothing.
 #pragma once
 #include <libcamera/libcamera.h>
 
 #include <memory>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "core/base/result.hpp"
-#include "drivers/libcamera/completed_requests.hpp"
 #include "drivers/libcamera/libcamera_options.hpp"
+#include "drivers/libcamera/request_handover.hpp"
 #include "drivers/libcamera/stream_format.hpp"
 
 namespace loopsift {
@@ -45,7 +46,6 @@ class CameraSession {
   CameraSession& operator=(const CameraSession&) = delete;
 
   [[nodiscard]] Take take(int timeout_ms, TakenImage* taken);
-  /// If that fails, the next take() says kLost.
   void give_back(const TakenImage& taken);
   [[nodiscard]] const libcamera::StreamConfiguration& stream() const { return configuration_->at(0); }
   [[nodiscard]] const libcamera::Camera& camera() const { return *camera_; }
@@ -72,7 +72,8 @@ class CameraSession {
   [[nodiscard]] Status start(double rate_hz);
   [[nodiscard]] bool is_short(const Slot& slot) const;
   void completed(libcamera::Request* request);
-  void disconnected() { completed_->disconnect(); }
+  void disconnected() { completed_->end(); }
+  void queue_again();
 
   std::string which_;
   std::shared_ptr<libcamera::CameraManager> manager_;
@@ -82,9 +83,10 @@ class CameraSession {
   std::unique_ptr<libcamera::FrameBufferAllocator> allocator_;
   std::vector<Mapping> mappings_;
   std::vector<Slot> slots_;
-  std::unique_ptr<CompletedRequests> completed_;
-  std::size_t with_camera_ = 0;  // requests; none left: nothing can come
-  bool lost_ = false;
+  std::unique_ptr<RequestHandover> completed_;  // to the reader
+  std::unique_ptr<RequestHandover> read_;       // to the thread that queues them again
+  std::thread queueing_;
+  std::size_t cancelled_ = 0;  // requests that the camera gave up; all: nothing can come
 };
 
 }  // namespace loopsift

@@ -2,8 +2,7 @@
 // Colour cameras through libcamera, among them those on MIPI ports that give no usable image through V4L2
 // alone. In: a camera. Out: RawFrames with colour alone, converted straight from the camera's buffer. Time
 // stamps: the camera's, on CLOCK_MONOTONIC (see LiveClock). Frames that the camera dropped are gaps in
-// `sequence`. read() makes no heap call of its own; handing a buffer back goes through libcamera's message
-// queue, which allocates.
+// `sequence`. After open no call allocates on the reader's thread; libcamera's own threads do.
 #pragma once
 #include <memory>
 #include <string>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The way of filled requests from libcamera's thread to the reader's: a ring without a lock, and a semaphore
-// to sleep on. Bounded by the number of requests there are, each of which is on its way once at most. Never
-// allocates after it is made.
+// The way of requests from one thread to another: filled ones from libcamera's to the reader's, read ones on
+// to the thread that queues them again. A ring without a lock, and a semaphore to sleep on. Bounded by the
+// number of requests there are, each of which is on its way once at most. Never allocates after it is made.
 #pragma once
 #include <atomic>
 #include <cstdint>
@@ -12,30 +12,30 @@
 
 namespace loopsift {
 
-class CompletedRequests {
+class RequestHandover {
  public:
-  enum class Wait { kRequest, kTimeout, kDisconnected };
+  enum class Wait { kRequest, kTimeout, kEnded };
 
-  explicit CompletedRequests(std::size_t requests) : storage_(requests), ring_(storage_) {}
+  explicit RequestHandover(std::size_t requests) : storage_(requests), ring_(storage_) {}
 
-  /// libcamera's thread. False when more are on their way than there are.
+  /// The one thread that hands over. False when more are on their way than there are.
   [[nodiscard]] bool push(std::uint32_t request) {
     const bool pushed = ring_.try_push(request);
     changed_.post();
     return pushed;
   }
-  /// libcamera's thread: nothing more will come.
-  void disconnect() {
-    disconnected_.store(true, std::memory_order_release);
+  /// Any thread: nothing more will come.
+  void end() {
+    ended_.store(true, std::memory_order_release);
     changed_.post();
   }
-  /// Reader's thread: the oldest request, also after the end; waits until deadline_ns of the steady clock.
+  /// The other thread: the oldest request, also after the end; waits until deadline_ns of the steady clock.
   [[nodiscard]] Wait pop(std::uint32_t* request, std::int64_t deadline_ns) {
     while (true) {
       // Looked at first: what was pushed before the end is seen by the pop after it.
-      const bool over = disconnected_.load(std::memory_order_acquire);
+      const bool over = ended_.load(std::memory_order_acquire);
       if (ring_.try_pop(request)) return Wait::kRequest;
-      if (over) return Wait::kDisconnected;
+      if (over) return Wait::kEnded;
       if (!changed_.wait_until(deadline_ns)) return Wait::kTimeout;
     }
   }
@@ -44,7 +44,7 @@ class CompletedRequests {
   std::vector<std::uint32_t> storage_;
   SpscRing<std::uint32_t> ring_;
   Semaphore changed_;
-  std::atomic<bool> disconnected_{false};
+  std::atomic<bool> ended_{false};
 };
 
 }  // namespace loopsift

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "drivers/libcamera/completed_requests.hpp"
+#include "drivers/libcamera/request_handover.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,12 +10,12 @@
 namespace loopsift {
 namespace {
 
-using Wait = CompletedRequests::Wait;
+using Wait = RequestHandover::Wait;
 
 std::int64_t far_deadline() { return steady_now_ns() + 60'000'000'000; }
 
-TEST(CompletedRequests, ArriveInOrder) {
-  CompletedRequests requests(3);
+TEST(RequestHandover, ArriveInOrder) {
+  RequestHandover requests(3);
   for (const std::uint32_t k : {2U, 0U, 1U}) ASSERT_TRUE(requests.push(k));
   std::uint32_t got = 9;
   for (const std::uint32_t k : {2U, 0U, 1U}) {
@@ -25,27 +25,27 @@ TEST(CompletedRequests, ArriveInOrder) {
   EXPECT_EQ(requests.pop(&got, steady_now_ns()), Wait::kTimeout);
 }
 
-TEST(CompletedRequests, MoreThanThereAreIsRefused) {
-  CompletedRequests requests(2);
+TEST(RequestHandover, MoreThanThereAreIsRefused) {
+  RequestHandover requests(2);
   EXPECT_TRUE(requests.push(0));
   EXPECT_TRUE(requests.push(1));
   EXPECT_FALSE(requests.push(0));
 }
 
-TEST(CompletedRequests, TheEndComesAfterWhatWasPushed) {
-  CompletedRequests requests(2);
+TEST(RequestHandover, TheEndComesAfterWhatWasPushed) {
+  RequestHandover requests(2);
   ASSERT_TRUE(requests.push(1));
-  requests.disconnect();
+  requests.end();
   std::uint32_t got = 9;
   EXPECT_EQ(requests.pop(&got, far_deadline()), Wait::kRequest);
-  EXPECT_EQ(requests.pop(&got, far_deadline()), Wait::kDisconnected);
-  EXPECT_EQ(requests.pop(&got, far_deadline()), Wait::kDisconnected);
+  EXPECT_EQ(requests.pop(&got, far_deadline()), Wait::kEnded);
+  EXPECT_EQ(requests.pop(&got, far_deadline()), Wait::kEnded);
 }
 
 // Three requests go round between two threads, as the camera and the reader pass them.
-TEST(CompletedRequests, NoneIsLostOrDoubledBetweenThreads) {
+TEST(RequestHandover, NoneIsLostOrDoubledBetweenThreads) {
   constexpr std::uint32_t kRequests = 3, kRounds = 20000;
-  CompletedRequests to_reader(kRequests), to_camera(kRequests);
+  RequestHandover to_reader(kRequests), to_camera(kRequests);
   std::thread camera([&] {
     std::uint32_t request = 0;
     for (std::uint32_t k = 0; k < kRequests; ++k) EXPECT_TRUE(to_reader.push(k));
@@ -53,7 +53,7 @@ TEST(CompletedRequests, NoneIsLostOrDoubledBetweenThreads) {
       EXPECT_EQ(to_camera.pop(&request, far_deadline()), Wait::kRequest);
       EXPECT_TRUE(to_reader.push(request));
     }
-    to_reader.disconnect();
+    to_reader.end();
   });
   std::uint32_t request = 0, taken = 0;
   while (to_reader.pop(&request, far_deadline()) == Wait::kRequest) {
