@@ -22,7 +22,8 @@ class AnytimeSifting : public DeskSequence {
     }
     write_loops_of(motions);
     loops_ = read_loops(path("loops.log"), path("loops.info"), 16).value();
-    const auto source = open_source(kSource, {});
+    const SourceOptions as_it_is;
+    const auto source = open_source(kSource, as_it_is);
     const auto odometry = GivenOdometry::open(path("drift.txt"), "");
     OfflineMapOptions options;
     options.fragment_frames = kFragmentFrames;
