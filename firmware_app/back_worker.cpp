@@ -183,12 +183,15 @@ void BackWorker::save_what_is_asked() {
 
 void BackWorker::finish_thoroughly() {
   if (disabled_) return;
+  const auto go_on = [this] {
+    if (options_.monitor != nullptr) options_.monitor->get_on(steady_now_ns());
+    return !quick_ && !disabled_;
+  };
   guarded([&] {
-    if (!back_end_.finish())
-      spdlog::warn(
-          "sifting all loops once more ran past sifter.finish_limit_s: {} loops were not decided, and the "
-          "map stays as it was",
-          back_end_.sifter().unfinished());
+    if (!back_end_.finish(go_on))
+      spdlog::warn("sifting all loops once more {}: {} loops were not decided, and the map stays as it was",
+                   quick_ ? "was broken off" : "ran past sifter.finish_limit_s",
+                   back_end_.sifter().unfinished());
     if (!disabled_) announce(true, steady_now_ns());
   });
 }

@@ -34,13 +34,17 @@ class ThreadMonitor {
   /// Before the thread starts.
   void set_plan(const ThreadPlan& plan) { plan_ = plan; }
 
+  /// The thread itself, in a long piece of work: it gets on, the time that it has been busy begins anew.
+  void get_on(std::int64_t now_ns) { busy_since_ns_.store(now_ns, std::memory_order_relaxed); }
+
   // Any thread.
   [[nodiscard]] const char* name() const { return kThreadNames[static_cast<std::size_t>(role_)]; }
   [[nodiscard]] bool running() const { return running_.load(std::memory_order_acquire); }
   [[nodiscard]] bool realtime() const { return realtime_.load(std::memory_order_relaxed); }
   /// Pieces of work that took longer than the plan's deadline.
   [[nodiscard]] std::int64_t deadline_misses() const { return misses_.load(std::memory_order_relaxed); }
-  /// For how long the present piece of work has been going on; 0 while the thread waits.
+  /// For how long the present piece of work has been going on, or since it last got on; 0 while the thread
+  /// waits.
   [[nodiscard]] std::int64_t busy_ns(std::int64_t now_ns) const;
   /// Since the seal; −1 when the thread was never sealed or this program does not count.
   [[nodiscard]] std::int64_t heap_calls() const;

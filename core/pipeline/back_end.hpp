@@ -4,6 +4,7 @@
 // proposer, the scorer and the list of loops; a fragment past it is counted and left out of sifting (the map
 // keeps it where the odometry put it). Thread: back. Allocates.
 #pragma once
+#include <functional>
 #include <vector>
 
 #include "core/base/arena.hpp"
@@ -43,8 +44,11 @@ class BackEnd {
   /// At most so many steps of sifting (see Sifter). True when there is more to do.
   bool work(int max_steps) { return sifter_.work(max_steps); }
   /// Sifts all loops once more from the odometry's map: the batch result. Call at the end of a run. False
-  /// when the limit came first; the map stays as it was then.
-  bool finish() { return sifter_.finish(options_.finish_limit_s); }
+  /// when the limit or the no of go_on, which is asked before each step, came first; the map stays as it was
+  /// then.
+  bool finish(const std::function<bool()>& go_on = {}) {
+    return sifter_.finish(options_.finish_limit_s, go_on);
+  }
 
   /// All loops as they were proposed or handed in, by id; without those that the list dropped.
   [[nodiscard]] std::vector<Loop> proposals() const;

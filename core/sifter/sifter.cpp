@@ -252,7 +252,7 @@ void Sifter::publish() {
   ++epoch_;
 }
 
-bool Sifter::finish(double time_limit_s) {
+bool Sifter::finish(double time_limit_s, const std::function<bool()>& go_on) {
   const std::int64_t end = steady_now_ns() + static_cast<std::int64_t>(time_limit_s * 1e9);
   const std::vector<SiftedLoop> before = loops_.snapshot();
   finishing_ = true;
@@ -261,7 +261,7 @@ bool Sifter::finish(double time_limit_s) {
   loops_.start_again();
   reviewed_set_ = 0;
   bool more = true;
-  while (more && steady_now_ns() < end) more = step();
+  while (more && steady_now_ns() < end && (!go_on || go_on())) more = step();
   finishing_ = false;
   unfinished_ = more ? undecided() : 0;
   if (more) {

@@ -53,6 +53,15 @@ TEST(ThreadMonitor, CountsWhatTookLongerThanItsDeadline) {
   EXPECT_EQ(monitor.deadline_misses(), 1);
 }
 
+TEST(ThreadMonitor, WorkThatGetsOnDoesNotHang) {
+  ThreadMonitor monitor(ThreadRole::kBack);
+  const WorkSpan span(&monitor);
+  const std::int64_t later = steady_now_ns() + std::int64_t{1000} * 1'000'000'000;
+  EXPECT_GT(monitor.busy_ns(later), std::int64_t{900} * 1'000'000'000);
+  monitor.get_on(later - 1000);
+  EXPECT_EQ(monitor.busy_ns(later), 1000);
+}
+
 TEST(ThreadMonitor, RunsOnTheProcessorOfItsPlan) {
   ThreadMonitor monitor(ThreadRole::kBack);
   monitor.set_plan({0, 0, 0, HeapMode::kAllow});

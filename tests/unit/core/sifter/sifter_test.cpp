@@ -304,6 +304,10 @@ TEST(Sifter, PastTheTimeLimitTheMapStaysAsItWas) {
   EXPECT_EQ(sifting.sifter.unfinished(), 3);
   EXPECT_EQ(sifting.accepted(), accepted);
   for (const int id : accepted) EXPECT_EQ(sifting.of(id).decision, Decision::kAccepted);
+  int steps = 0;
+  EXPECT_FALSE(sifting.sifter.finish(1e9, [&] { return ++steps < 3; })) << "as good as a limit";
+  EXPECT_EQ(steps, 3);
+  EXPECT_EQ(sifting.accepted(), accepted);
   EXPECT_TRUE(sifting.sifter.finish());
   EXPECT_EQ(sifting.sifter.unfinished(), 0);
 }
