@@ -236,6 +236,10 @@ void finalize(Settings* settings) {
 }
 
 Status check_views(const Settings& settings, const PinholeCamera& camera) {
+  if (camera.width <= 0 || camera.height <= 0)
+    return Error{ErrorCode::kUsage,
+                 "the source gives colour alone; name a depth camera as the source, and this one as "
+                 "camera.color_source"};
   const PosteriorOptions& posterior = settings.back_end.posterior;
   const int step = settings.front_end.fragment.view_step;
   const PinholeCamera view = camera.subsampled(step, step / 2);

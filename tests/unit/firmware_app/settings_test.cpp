@@ -117,6 +117,7 @@ TEST(Settings, ViewsMustFitTheScorer) {
   Settings settings;
   finalize(&settings);
   PinholeCamera camera;
+  EXPECT_THAT(check_views(settings, camera).error().message, HasSubstr("camera.color_source"));
   camera.width = 640;
   camera.height = 480;
   EXPECT_TRUE(check_views(settings, camera).ok());
