@@ -77,9 +77,9 @@ TEST_F(AnytimeSifting, WithTimeLeftItIsTheBatchResult) {
   (*batch)->add_loops(loops_);
   ASSERT_TRUE((*batch)->finish());
   const auto ids = [](const std::vector<Loop>& loops) {
-    std::vector<int> ids;
-    for (const Loop& loop : loops) ids.push_back(loop.id.value);
-    return ids;
+    std::vector<int> values;
+    for (const Loop& loop : loops) values.push_back(loop.id.value);
+    return values;
   };
   EXPECT_FALSE((*batch)->sifter().accepted().empty());
   EXPECT_EQ(ids((*anytime)->sifter().accepted()), ids((*batch)->sifter().accepted()));

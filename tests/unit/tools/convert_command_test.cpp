@@ -25,7 +25,8 @@ struct Frames {
 
 Frames read_all(const std::string& uri) {
   Frames frames;
-  const auto source = open_source(uri, {});
+  const SourceOptions as_it_is;
+  const auto source = open_source(uri, as_it_is);
   EXPECT_TRUE(source.ok()) << (source.ok() ? "" : source.error().message);
   if (!source.ok()) return frames;
   test::FrameBuffers buffers((*source)->info());
@@ -65,7 +66,8 @@ TEST_F(ConvertCommand, EverySequenceFormatComesBackWithItsDepthColourAndCamera) 
     for (std::size_t k = 0; timed && k < copy.times_ns.size(); ++k)
       EXPECT_NEAR(static_cast<double>(copy.times_ns[k]), static_cast<double>(original.times_ns[k]), 1000)
           << format;
-    const auto a = open_source(kScene, {}), b = open_source("replay:" + format + ":" + to, {});
+    const SourceOptions as_it_is;
+    const auto a = open_source(kScene, as_it_is), b = open_source("replay:" + format + ":" + to, as_it_is);
     EXPECT_FLOAT_EQ((*a)->info().camera.fx, (*b)->info().camera.fx) << format;
   }
 }

@@ -42,7 +42,8 @@ class DeskSequence : public ::testing::Test {
   static constexpr int kTrueI = 1, kTrueJ = 10;  // the same part of the room, a lap later
 
   void SetUp() override {
-    const auto sequence = make_synth_sequence(kScene, {});
+    const SourceOptions as_it_is;
+    const auto sequence = make_synth_sequence(kScene, as_it_is);
     ASSERT_TRUE(sequence.ok()) << sequence.error().message;
     gt_ = sequence->trajectory;
     drift_ = drifting_odometry(gt_, 0.4, 3);

@@ -39,7 +39,8 @@ class SynthCommand : public ::testing::Test {
 
 std::vector<std::uint16_t> all_depth(const std::string& uri) {
   std::vector<std::uint16_t> all;
-  const auto source = open_source(uri, {});
+  const SourceOptions as_it_is;
+  const auto source = open_source(uri, as_it_is);
   EXPECT_TRUE(source.ok()) << source.error().message;
   if (!source.ok()) return all;
   const SourceInfo& info = (*source)->info();
