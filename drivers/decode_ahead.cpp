@@ -74,11 +74,23 @@ ReadStatus FrameQueue::read_into(Slot* slot) {
   }
   slot->usable = status == ReadStatus::kFrame;
   keep_message(slot->message);
-  if (status == ReadStatus::kBad) bad_.fetch_add(1, std::memory_order_relaxed);
+  if (status == ReadStatus::kBad) {
+    bad_.fetch_add(1, std::memory_order_relaxed);
+    if (expected_sequence_ >= 0) ++expected_sequence_;  // it came, even so
+  }
   if (!slot->usable) return status;
+  if (source_.info().live) count_gap(slot->frame.sequence);
   received_.fetch_add(1, std::memory_order_relaxed);
   if (slot->message[0] != '\0') without_color_.fetch_add(1, std::memory_order_relaxed);
   return status;
+}
+
+// Numbers that a live device passed over are frames that it lost before us. (A recording's are not dropped
+// now: they are not in it.)
+void FrameQueue::count_gap(std::int64_t sequence) {
+  if (expected_sequence_ >= 0 && sequence > expected_sequence_)
+    dropped_.fetch_add(sequence - expected_sequence_, std::memory_order_relaxed);
+  expected_sequence_ = sequence + 1;
 }
 
 void FrameQueue::keep_message(Message& message) const {

@@ -27,9 +27,9 @@ struct FrameQueueOptions {
 };
 
 struct FrameQueueCounts {
-  std::int64_t received = 0;       ///< frames read, those dropped later among them
-  std::int64_t dropped = 0;        ///< frames that the consumer was too slow for
-  std::int64_t bad = 0;            ///< frames that could not be used
+  std::int64_t received = 0;  ///< frames read, those dropped later among them
+  std::int64_t dropped = 0;   ///< frames that the consumer was too slow for, or a live device lost itself
+  std::int64_t bad = 0;       ///< frames that could not be used
   std::int64_t without_color = 0;  ///< frames whose colour was broken
 };
 
@@ -74,6 +74,7 @@ class FrameQueue {
   [[nodiscard]] bool take_free(std::uint32_t* slot);
   [[nodiscard]] ReadStatus read_into(Slot* slot);
   void keep_message(Message& message) const;
+  void count_gap(std::int64_t sequence);
   void wait_until_due(Slot* slot);
   void publish(std::uint32_t slot);
   void give_back(std::uint32_t slot);
@@ -99,7 +100,8 @@ class FrameQueue {
 
   // Capture thread's.
   bool has_spare_ = false;
-  std::uint32_t spare_ = 0;  // a dropped frame's slot, taken before the free ones
+  std::uint32_t spare_ = 0;              // a dropped frame's slot, taken before the free ones
+  std::int64_t expected_sequence_ = -1;  // of a live device's next frame; −1 before the first
   bool first_ = true;
   std::int64_t first_timestamp_ns_ = 0, first_release_ns_ = 0;
 

@@ -186,6 +186,7 @@ int FakeVideo::stream(bool on) {
 }
 
 int FakeVideo::poll(int /*fd*/, int timeout_ms) {
+  if (repeats && next_event_ == events.size()) next_event_ = 0;
   const bool due = next_event_ < events.size();
   if (!due || events[next_event_].kind == VideoEvent::Kind::kSilence) {
     next_event_ += due ? 1 : 0;

@@ -50,6 +50,7 @@ class FakeVideo final : public VideoSystem {
   void (*adjust)(v4l2_pix_format* format) = nullptr;
 
   std::vector<VideoEvent> events;
+  bool repeats = false;  ///< after the last event comes the first
   std::int64_t now = 1'000'000'000;
 
   /// From the `nth` call of `request` on (1: the next), it fails `times` times.

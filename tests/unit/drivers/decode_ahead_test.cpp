@@ -29,6 +29,7 @@ class ScriptedSource final : public FrameSource {
   std::atomic<int> reads{0};
   std::string frame_message;
   bool silent = false;  // a device that says nothing
+  int step = 1;         // of the frames' numbers
 
   [[nodiscard]] const SourceInfo& info() const override { return info_; }
   [[nodiscard]] const std::string& message() const override { return message_; }
@@ -39,7 +40,7 @@ class ScriptedSource final : public FrameSource {
     const ReadStatus status = script_[static_cast<std::size_t>(k)];
     message_ = status == ReadStatus::kFrame ? frame_message : "read " + std::to_string(k);
     if (status != ReadStatus::kFrame) return status;
-    frame.sequence = k;
+    frame.sequence = std::int64_t{k} * step;
     frame.timestamp_ns = 5'000'000'000 + k * period_ns_;
     frame.depth = ImageView(frame.depth_buffer.data(), kWidth, kHeight);
     frame.color = ImageView(frame.color_buffer.data(), kWidth, kHeight);
@@ -176,6 +177,27 @@ TEST(FrameQueue, BadFramesAreReportedInTheirPlaceAndCounted) {
   EXPECT_EQ(rig.queue->next(&frame, kLongMs), ReadStatus::kEnd);
   EXPECT_EQ(rig.queue->counts().bad, 1);
   EXPECT_EQ(rig.queue->counts().received, 2);
+}
+
+TEST(FrameQueue, FramesThatALiveDeviceLostAreCountedAsDropped) {
+  std::vector<ReadStatus> script = frames(4);
+  script[2] = ReadStatus::kBad;  // it came: of its number and the next one, one is lost
+  for (const bool live : {true, false}) {
+    ScriptedSource source(script);
+    source.info_.live = live;
+    source.step = 2;
+    FrameQueueOptions options;
+    options.capacity = 8;
+    const Rig rig(source, options);
+    rig.queue->start();
+    RawFrame* frame = nullptr;
+    ReadStatus status = ReadStatus::kFrame;
+    while ((status = rig.queue->next(&frame, kLongMs)) != ReadStatus::kEnd) {
+      ASSERT_NE(status, ReadStatus::kTimeout);
+      if (frame != nullptr) rig.queue->release(frame);
+    }
+    EXPECT_EQ(rig.queue->counts().dropped, live ? 3 : 0);  // numbers 0, 2, bad, 6
+  }
 }
 
 TEST(FrameQueue, AFrameWithoutItsColorComesWithTheReason) {
