@@ -149,6 +149,7 @@ void BackWorker::guarded(Work&& work) {
 void BackWorker::process(std::size_t fragment) {
   const std::int64_t since_ns = submitted_at_ns_;
   guarded([&] { (void)back_end_.add_fragment(store_.fragments()[fragment]); });
+  take_outside_loops();
   bool more = true;
   for (int k = 0; k < options_.steps_per_fragment && more && !disabled_ && !quick_; ++k) {
     guarded([&] {
@@ -164,6 +165,18 @@ void BackWorker::process(std::size_t fragment) {
   });
   ++done_;
   idle_.post();
+}
+
+// Loops of other programs wait in the publisher until a fragment closes.
+void BackWorker::take_outside_loops() {
+  if (disabled_) return;
+  guarded([&] {
+    OutsideLoop loop;
+    while (publisher_.take(&loop)) outside_loops_.add(loop);
+    const std::vector<Loop> loops = outside_loops_.resolve(
+        store_.fragments().first(static_cast<std::size_t>(back_end_.fragment_count())));
+    if (!loops.empty()) back_end_.add_loops({loops.data(), loops.size()});
+  });
 }
 
 void BackWorker::save_what_is_asked() {
@@ -182,7 +195,10 @@ void BackWorker::save_what_is_asked() {
 }
 
 void BackWorker::finish_thoroughly() {
+  take_outside_loops();
   if (disabled_) return;
+  if (outside_loops_.left_out() > 0)
+    spdlog::warn("{} loops of other programs fit no two pieces of the map", outside_loops_.left_out());
   const auto go_on = [this] {
     if (options_.monitor != nullptr) options_.monitor->get_on(steady_now_ns());
     return !quick_ && !disabled_;

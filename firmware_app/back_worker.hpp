@@ -22,6 +22,7 @@
 #include "core/base/spsc_ring.hpp"
 #include "core/fragment/fragment_store.hpp"
 #include "core/pipeline/back_end.hpp"
+#include "core/pipeline/outside_loops.hpp"
 #include "core/posegraph/node_covariance.hpp"
 #include "firmware_app/publisher.hpp"
 #include "firmware_app/thread_monitor.hpp"
@@ -96,6 +97,7 @@ class BackWorker {
   void run();
   void work_off();
   void process(std::size_t fragment);
+  void take_outside_loops();
   void finish_thoroughly();
   void save_what_is_asked();
   template <class Work>
@@ -128,6 +130,7 @@ class BackWorker {
       return a.id == b.id && a.decision == b.decision && a.revisions == b.revisions;
     }
   };
+  OutsideLoops outside_loops_;
   std::vector<Announced> announced_;  // by place in the list
   bool undelivered_ = false;          // scratch_ found the ring full; read by the front thread after the join
   std::size_t next_ = 0;              // fragment to work on

@@ -18,6 +18,7 @@ constexpr const char* kFooter = R"(Sources (URI):
   replay:redwood:DIR    depth/ and image/ or color/
   replay:sun3d:DIR      intrinsics.txt, depth/ and image/
   replay:klg:FILE       a .klg recording
+  lcm:CHANNEL           bot_core.images_t of another program
   synth:SCENE           a rendered scene, nothing needed: synth:room, synth:room?frames=60
   A folder may hold camera.txt (one "name value" a line: fx fy cx cy width height depth_scale);
   --set camera.fx=... comes before it.
@@ -25,6 +26,7 @@ constexpr const char* kFooter = R"(Sources (URI):
 Odometry:
   builtin               tracks the depth images (default)
   file:TRAJECTORY       poses from a TUM trajectory or a redwood .log
+  lcm:CHANNEL           bot_core.pose_t of the body that carries the camera
 
 Results in DIR: trajectory.txt (corrected) and trajectory_odometry.txt, map.ply, loops.csv (why each loop
 was taken or refused), proposals.log and accepted.log with .info, posegraph.g2o, run.json (figures).
@@ -41,7 +43,7 @@ Examples:
   loopsift --check-config > all_settings.toml)";
 
 struct Arguments {
-  std::string config, source, odometry, out, rate;
+  std::string config, source, odometry, out, record, rate;
   std::vector<std::string> assignments;
   bool print_budget = false;
   bool check_config = false;
@@ -55,6 +57,8 @@ void declare(CLI::App& app, Arguments* a) {
   app.add_option("--source", a->source, "Where depth images come from; see Sources below")->type_name("URI");
   app.add_option("--odometry", a->odometry, "Where the pose between images comes from")->type_name("URI");
   app.add_option("--out", a->out, "Write the results into this folder (made if missing)")->type_name("DIR");
+  app.add_option("--record", a->record, "Keep the frames in this new folder, to be replayed")
+      ->type_name("DIR");
   app.add_option(
          "--rate", a->rate,
          "realtime: at the recording's pace, late frames dropped; max: every frame, fast and repeatable")
@@ -70,9 +74,9 @@ void declare(CLI::App& app, Arguments* a) {
 /// The named options as assignments to the keys that they stand for.
 std::vector<std::string> all_assignments(const Arguments& a) {
   std::vector<std::string> all = a.assignments;
-  for (const auto& [key, value] :
-       {std::pair{"run.source=", &a.source}, std::pair{"run.odometry=", &a.odometry},
-        std::pair{"run.out=", &a.out}, std::pair{"run.rate=", &a.rate}})
+  for (const auto& [key, value] : {std::pair{"run.source=", &a.source},
+                                   std::pair{"run.odometry=", &a.odometry}, std::pair{"run.out=", &a.out},
+                                   std::pair{"record.folder=", &a.record}, std::pair{"run.rate=", &a.rate}})
     if (!value->empty()) all.push_back(key + *value);
   return all;
 }

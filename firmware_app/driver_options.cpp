@@ -71,4 +71,24 @@ OptionTable driver_sections(SourceOptions& options) {
           lcm_in_section(options.lcm_in)};
 }
 
+OptionSection lcm_odometry_section(LcmOdometryOptions& o) {
+  constexpr OptionRange kMetres{-100, 100}, kRadians{-7, 7};
+  return {"odometry.lcm",
+          "Odometry over LCM: bot_core.pose_t of the body that carries the camera. Gaps and noise: "
+          "odometry.file.",
+          {
+              {"wait_ms", &o.stream.wait_ms, "of a frame for the pose after it, at most", {0, 1000}},
+              {"max_speed_m_per_s",
+               &o.stream.max_speed_m_per_s,
+               "a faster motion is a jump: a new piece of trajectory",
+               {0.01, 1e6}},
+              {"camera_x_m", &o.camera_x_m, "where the camera sits on the body, X forward", kMetres},
+              {"camera_y_m", &o.camera_y_m, "Y left", kMetres},
+              {"camera_z_m", &o.camera_z_m, "Z up", kMetres},
+              {"camera_roll_rad", &o.camera_roll_rad, "how it is turned: first about X", kRadians},
+              {"camera_pitch_rad", &o.camera_pitch_rad, "then about Y", kRadians},
+              {"camera_yaw_rad", &o.camera_yaw_rad, "then about Z", kRadians},
+          }};
+}
+
 }  // namespace loopsift

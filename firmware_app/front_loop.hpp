@@ -11,7 +11,7 @@
 #include "core/base/arena.hpp"
 #include "core/base/spsc_ring.hpp"
 #include "core/fragment/front_end.hpp"
-#include "core/odometry/trajectory_odometry.hpp"
+#include "core/odometry/external_odometry.hpp"
 #include "core/pipeline/corrected_trajectory.hpp"
 #include "core/pipeline/run_figures.hpp"
 #include "core/pipeline/slew.hpp"
@@ -45,7 +45,7 @@ class FrontLoop {
     FrontEnd& front_end;
     BackWorker& back_worker;
     Publisher& publisher;
-    TrajectoryOdometry* given = nullptr;
+    ExternalOdometry* given = nullptr;
   };
 
   /// slew: of the published corrected pose. lockstep: wait for the back thread wherever timing could change

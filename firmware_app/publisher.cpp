@@ -15,6 +15,7 @@ constexpr std::size_t kLoopSlots = 1024;      // decisions come in bursts when a
 constexpr std::size_t kHealthSlots = 4;       // one a second
 constexpr std::size_t kRequestSlots = 16;     // a subscriber waits for what it asked for
 constexpr std::size_t kCommandSlots = 16;
+constexpr std::size_t kLoopInSlots = 64;  // until the next fragment closes
 constexpr std::size_t kAckSlots = 32;
 constexpr std::size_t kBufferBytes = 65'536;  // the largest message, a chunk of the map, is about 8 kB
 
@@ -34,6 +35,7 @@ Publisher::Impl::Impl(const LcmSettings& lcm_settings, Arena& arena, const Graph
       health("health", kHealthSlots, arena),
       requests("requests", kRequestSlots, arena),
       commands("commands", kCommandSlots, arena),
+      loops_in("loops in", kLoopInSlots, arena),
       acks_heard("answers", kAckSlots, arena),
       acks_taker("answers taker", kAckSlots, arena),
       acks_back("answers back", kAckSlots, arena),
@@ -110,6 +112,8 @@ void Publisher::publish(const PoseGraph& graph, Span<const Fragment> fragments,
 
 bool Publisher::take(Command* command) { return impl_->commands.pop(command); }
 
+bool Publisher::take(OutsideLoop* loop) { return impl_->loops_in.pop(loop); }
+
 void Publisher::acknowledge(AckFrom from, const AckRecord& record) {
   impl_->queue(from == AckFrom::kBack ? impl_->acks_back : impl_->acks_taker, record);
 }
@@ -125,8 +129,8 @@ std::int64_t Publisher::commands_refused() const { return impl_->refused.load();
 
 std::vector<PoolFigures> Publisher::pools() const {
   const Impl& p = *impl_;
-  return {p.poses.figures(),    p.corrections.figures(), p.loops.figures(),
-          p.requests.figures(), p.commands.figures(),    p.graph.figures()};
+  return {p.poses.figures(),    p.corrections.figures(), p.loops.figures(), p.requests.figures(),
+          p.commands.figures(), p.loops_in.figures(),    p.graph.figures()};
 }
 
 }  // namespace loopsift

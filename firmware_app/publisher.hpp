@@ -17,6 +17,7 @@
 #include "core/base/arena.hpp"
 #include "core/base/result.hpp"
 #include "core/fragment/fragment_store.hpp"
+#include "core/pipeline/outside_loops.hpp"
 #include "core/pipeline/run_figures.hpp"
 #include "core/posegraph/pose_graph.hpp"
 #include "firmware_app/publisher_records.hpp"
@@ -52,6 +53,7 @@ class Publisher {
       "LOOPSIFT_LOOP",   "LOOPSIFT_POSE", "LOOPSIFT_FRAGMENT",   "LOOPSIFT_GRAPH",
       "LOOPSIFT_HEALTH", "LOOPSIFT_ACK"};
   static constexpr const char* kCommandChannel = "LOOPSIFT_COMMAND";
+  static constexpr const char* kLoopInChannel = "LOOPSIFT_LOOP_IN";
   static constexpr std::size_t kLoopTable = 2048;
 
   /// Carves its rings; settings.prefix comes before the channel names. Opens nothing.
@@ -85,6 +87,8 @@ class Publisher {
   /// Supervising or front thread, one of them: the next command that is for the program and not for the
   /// publisher (all but RESEND). Each is answered by acknowledge() once. False when there is none.
   [[nodiscard]] bool take(Command* command);
+  /// Back thread: the next loop that another program has sent. False when there is none.
+  [[nodiscard]] bool take(OutsideLoop* loop);
   /// From the thread that takes commands, or the back thread: their answers have a ring each.
   enum class AckFrom { kTaker, kBack };
   void acknowledge(AckFrom from, const AckRecord& record);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The listening thread of the publisher. Not a real-time one: LCM allocates when it receives.
+#include "firmware_app/publisher_loop_in.hpp"
 #include "firmware_app/publisher_thread.hpp"
 
 namespace loopsift {
@@ -19,6 +20,11 @@ void Publisher::Impl::listen() {
   lcm_subscription_t* subscription = lcm_subscribe(lcm, channel.c_str(), handler, this);
   if (subscription == nullptr) return;
   lcm_subscription_set_queue_capacity(subscription, kWaitingCommands);
+  const auto loop_handler = [](const lcm_recv_buf_t* received, const char* /*channel*/, void* self) {
+    static_cast<Impl*>(self)->receive_loop(*received);
+  };
+  const std::string loop_channel = settings.prefix + kLoopInChannel;
+  lcm_subscribe(lcm, loop_channel.c_str(), loop_handler, this);
   listen_thread = std::thread([this] { hear(); });
 }
 
@@ -51,6 +57,12 @@ void Publisher::Impl::receive(const lcm_recv_buf_t& received) {
                                                                   : queue(commands, checked.command);
   (taken ? obeyed : refused).fetch_add(1, std::memory_order_relaxed);
   if (!taken) answer_with(AckStatus::kRefused, "too many commands are waiting");
+}
+
+void Publisher::Impl::receive_loop(const lcm_recv_buf_t& received) {
+  OutsideLoop loop;
+  if (!parse_loop_in(received.data, received.data_size, &loop) || !loops_in.push(loop))
+    refused.fetch_add(1, std::memory_order_relaxed);
 }
 
 }  // namespace loopsift

@@ -77,6 +77,7 @@ struct Publisher::Impl {
   // Listening thread.
   void hear() const;
   void receive(const lcm_recv_buf_t& received);
+  void receive_loop(const lcm_recv_buf_t& received);
 
   LcmSettings settings;
   std::array<std::string, kChannelNames.size()> channels;
@@ -86,6 +87,7 @@ struct Publisher::Impl {
   RecordQueue<RunHealth> health;
   RecordQueue<CheckedCommand> requests;                      // listening → publish: RESEND
   RecordQueue<Command> commands;                             // listening → whoever takes commands
+  RecordQueue<OutsideLoop> loops_in;                         // listening → back
   RecordQueue<AckRecord> acks_heard, acks_taker, acks_back;  // by the thread that answers
   GraphExchange graph;
   Span<std::byte> buffer;

@@ -84,6 +84,16 @@ OptionSection source_section(RetryOptions& s) {
       }};
 }
 
+OptionSection record_section(RecordOptions& s) {
+  return {"record",
+          "The frames that a run sees, kept to be replayed (--record DIR).",
+          {
+              {"folder", &s.folder, "a new one; recording.klg and camera.txt are made in it; empty: none"},
+              {"max_mib", &s.max_mib, "on disk; then the recording ends, and the run goes on", {1, 1 << 30}},
+              {"jpeg_quality", &s.jpeg_quality, "of colour; depth is kept as it is", {1, 100}},
+          }};
+}
+
 OptionSection lcm_section(LcmSettings& s) {
   return {
       "lcm",
@@ -159,8 +169,9 @@ void append(OptionTable more, OptionTable* table) {
 /// In the order of the data's way through the program.
 OptionTable bind(Settings& s) {
   OptionTable table = {run_section(s.run), camera_section(s.camera), source_section(s.retry),
-                       replay_section(s.replay)};
+                       record_section(s.record), replay_section(s.replay)};
   append(driver_sections(s.source), &table);
+  append({lcm_odometry_section(s.lcm_odometry)}, &table);
   append(front_end_sections(s.front_end, s.trajectory_odometry), &table);
   append({store_section(s.store)}, &table);
   append(back_end_sections(s.back_end), &table);
@@ -229,6 +240,8 @@ void finalize(Settings* settings) {
   frame.max_depth_m = posterior.max_depth_m = s.camera.max_depth_m;
   odometry.noise_floor_m = fragment.noise_floor_m = s.camera.noise_floor_m;
   odometry.noise_slope = fragment.noise_slope = s.camera.noise_slope_per_m;
+  s.lcm_odometry.stream.max_gap_s = s.trajectory_odometry.max_gap_s;
+  s.lcm_odometry.stream.noise = s.trajectory_odometry;
   s.back_end.proposal.max_fragments = posterior.max_fragments = s.store.max_fragments;
   posterior.max_views_per_fragment = fragment.views_per_fragment;
   s.store.max_views = s.store.max_fragments * fragment.views_per_fragment;

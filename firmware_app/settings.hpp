@@ -14,6 +14,8 @@
 #include "core/pipeline/back_end.hpp"
 #include "core/pipeline/slew.hpp"
 #include "drivers/frame_source.hpp"
+#include "firmware_app/given_odometry.hpp"
+#include "firmware_app/record_options.hpp"
 #include "firmware_app/retry_options.hpp"
 
 namespace loopsift {
@@ -92,9 +94,11 @@ struct Settings {
   CameraSettings camera;
   ReplaySettings replay;
   RetryOptions retry;
+  RecordOptions record;
   SourceOptions source;  ///< the drivers' own sections; finalize() fills in the rest
   FrontEndOptions front_end;
   TrajectoryOdometryOptions trajectory_odometry;
+  LcmOdometryOptions lcm_odometry;
   StoreOptions store;
   BackEndOptions back_end;
   LcmSettings lcm;

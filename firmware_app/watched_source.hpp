@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
 // A source as the watchdog sees it: each read is a piece of work of the capture thread, which is sealed after
-// the first frame of each opening (until then decoders and devices may still take memory).
+// the first frame of each opening (until then decoders and devices may still take memory). What it read is
+// offered to the recorder.
 #pragma once
 #include <atomic>
 #include <cstdint>
 
 #include "core/base/steady_time.hpp"
 #include "drivers/frame_source.hpp"
+#include "firmware_app/recorder.hpp"
 #include "firmware_app/supervised_source.hpp"
 #include "firmware_app/thread_monitor.hpp"
 
@@ -15,7 +17,8 @@ namespace loopsift {
 class WatchedSource final : public FrameSource {
  public:
   /// Both must outlive this.
-  WatchedSource(SupervisedSource& source, ThreadMonitor& monitor) : source_(source), monitor_(monitor) {}
+  WatchedSource(SupervisedSource& source, ThreadMonitor& monitor, FrameRecorder& recorder)
+      : source_(source), monitor_(monitor), recorder_(recorder) {}
 
   [[nodiscard]] const SourceInfo& info() const override { return source_.info(); }
   [[nodiscard]] const std::string& message() const override { return source_.message(); }
@@ -26,6 +29,7 @@ class WatchedSource final : public FrameSource {
     if (source_.warming() && tenure_ != nullptr) tenure_->unseal_heap();
     const ReadStatus status = source_.read(frame, timeout_ms);
     if (status == ReadStatus::kFrame) waiting_since_ns_ = 0;
+    if (status == ReadStatus::kFrame) recorder_.offer(frame);
     if (status == ReadStatus::kFrame && tenure_ != nullptr) tenure_->seal_heap();
     return status;
   }
@@ -46,6 +50,7 @@ class WatchedSource final : public FrameSource {
  private:
   SupervisedSource& source_;
   ThreadMonitor& monitor_;
+  FrameRecorder& recorder_;
   ThreadTenure* tenure_ = nullptr;
   std::atomic<std::int64_t> waiting_since_ns_{0};
 };

@@ -12,7 +12,6 @@
 #include "core/base/semaphore.hpp"
 #include "core/base/steady_time.hpp"
 #include "core/fragment/front_end.hpp"
-#include "core/odometry/trajectory_odometry.hpp"
 #include "core/pipeline/back_end.hpp"
 #include "core/pipeline/results.hpp"
 #include "core/pipeline/run_figures.hpp"
@@ -21,8 +20,10 @@
 #include "drivers/frame_source.hpp"
 #include "firmware_app/back_worker.hpp"
 #include "firmware_app/front_loop.hpp"
+#include "firmware_app/given_odometry.hpp"
 #include "firmware_app/publisher.hpp"
 #include "firmware_app/realtime.hpp"
+#include "firmware_app/recorder.hpp"
 #include "firmware_app/supervised_source.hpp"
 #include "firmware_app/supervisor.hpp"
 #include "firmware_app/watched_source.hpp"
@@ -74,9 +75,10 @@ struct Shared {
 
 /// Everything that lives in the arena, made once to measure and once for the run.
 struct Parts {
-  Parts(const Settings& settings, SupervisedSource& frame_source, TrajectoryOdometry* given, Shared& shared,
+  Parts(const Settings& settings, SupervisedSource& frame_source, ExternalOdometry* given, Shared& shared,
         Arena& arena)
-      : source(frame_source, shared[ThreadRole::kCapture]),
+      : recorder(settings.record, frame_source.info(), arena),
+        source(frame_source, shared[ThreadRole::kCapture], recorder),
         queue(source, queue_options(settings), arena),
         publisher(settings.lcm, arena, graph_limits(settings)),
         store(settings.store, arena),
@@ -104,6 +106,7 @@ struct Parts {
     return write_results(to, back_end, front.poses(), store.fragments());
   }
 
+  FrameRecorder recorder;
   WatchedSource source;
   FrameQueue queue;
   Publisher publisher;
@@ -146,19 +149,6 @@ std::optional<Failure> measure(const Settings& settings, SupervisedSource& sourc
                   "the memory budget is over memory.cap_mib; raise it, or make the largest "
                   "of these smaller:\n" +
                       plan->budget.to_text(cap_bytes)}};
-}
-
-/// Nothing for the built-in odometry.
-Expected<std::optional<TrajectoryOdometry>> open_odometry(const Settings& settings) {
-  const std::string& odometry = settings.run.odometry;
-  if (odometry == "builtin") return std::optional<TrajectoryOdometry>();
-  if (odometry.rfind("file:", 0) != 0) {
-    return Error{ErrorCode::kUnsupported,
-                 odometry + ": this build takes odometry from builtin or file:TRAJECTORY only"};
-  }
-  auto given = TrajectoryOdometry::open(odometry.substr(5), settings.trajectory_odometry);
-  if (!given.ok()) return given.error();
-  return std::optional<TrajectoryOdometry>(std::move(*given));
 }
 
 void collect_back(const Parts& parts, RunFigures* figures) {
@@ -208,17 +198,18 @@ void collect(const Parts& parts, const Shared& shared, RunFigures* figures) {
 class Run {
  public:
   Run(const Settings& settings, std::unique_ptr<SupervisedSource> source,
-      std::optional<TrajectoryOdometry> given, const MemoryPlan& plan)
+      std::unique_ptr<ExternalOdometry> given, const MemoryPlan& plan)
       : settings_(settings),
         source_(std::move(source)),
         given_(std::move(given)),
         arena_(plan.arena_bytes),
-        parts_(settings_, *source_, given_ ? &*given_ : nullptr, shared_, arena_) {
+        parts_(settings_, *source_, given_.get(), shared_, arena_) {
     shared_.figures.source = source_->info().description;
     shared_.figures.memory.budget_bytes = static_cast<std::int64_t>(plan.budget.total_bytes());
     shared_.figures.memory.cap_bytes = static_cast<std::int64_t>(mebibytes(settings_.memory.cap_mib));
   }
 
+  [[nodiscard]] Status start_recording() { return parts_.recorder.start(); }
   std::optional<Failure> go(RunControl& control, Progress& progress);
   [[nodiscard]] Status write(double started_s);
   /// Whether the back thread, or one of those that wait for the device, could not be ended.
@@ -233,7 +224,7 @@ class Run {
   Settings settings_;
   Shared shared_;
   std::unique_ptr<SupervisedSource> source_;
-  std::optional<TrajectoryOdometry> given_;
+  std::unique_ptr<ExternalOdometry> given_;
   Arena arena_;
   Parts parts_;
   std::thread capture_, front_;
@@ -294,8 +285,11 @@ std::optional<Failure> Run::go(RunControl& control, Progress& progress) {
   wait_for_back(control, &supervisor);
   parts_.front.apply_corrections();
   wait_for_capture();
+  if (source_ended_)
+    if (const std::string told = parts_.recorder.finish(); !told.empty()) spdlog::info("{}", told);
   parts_.publisher.stop();
   supervisor.ended();
+  if (given_ != nullptr && !given_->summary().empty()) spdlog::info("odometry: {}", given_->summary());
   if (source_status_ != ReadStatus::kLost) return std::nullopt;
   return Failure{Phase::kSourceRead,
                  {ErrorCode::kIo, "the source was lost: " + std::string(parts_.front.message())}};
@@ -373,7 +367,9 @@ RunEnd run(const Settings& settings, RunControl& control, Progress* progress) {
   auto opened = open_patiently(open, settings.retry, control.stop);
   if (!opened.ok()) return {Failure{Phase::kSourceOpen, opened.error()}};
   auto source = std::make_unique<SupervisedSource>(std::move(*opened), open, settings.retry);
-  auto odometry = open_odometry(settings);
+  const bool camera_clock = source->info().live && settings.run.source.rfind("lcm:", 0) != 0;
+  auto odometry = open_odometry(settings.run.odometry, settings.trajectory_odometry, settings.lcm_odometry,
+                                settings.source.lcm_in, camera_clock);
   if (!odometry.ok()) return {Failure{Phase::kSourceOpen, odometry.error()}};
   MemoryPlan plan;
   if (auto failure = measure(settings, *source, &plan)) return {failure};
@@ -382,6 +378,8 @@ RunEnd run(const Settings& settings, RunControl& control, Progress* progress) {
     if (const Status made = make_folder(settings.run.out); !made.ok())
       return {Failure{Phase::kRun, made.error()}};
   auto one = std::make_unique<Run>(settings, std::move(source), std::move(*odometry), plan);
+  if (const Status recording = one->start_recording(); !recording)
+    return {Failure{Phase::kRun, recording.error()}};
   RunEnd end{one->go(control, *progress)};
   if (const Status written = one->write(started_s); !written.ok() && !end.failure)
     end.failure = Failure{Phase::kRun, written.error()};
