@@ -80,10 +80,10 @@ Expected<std::unique_ptr<Camera>> Camera::open(const std::string& address, const
   if (status) status = camera->open_depth(options);
   if (status && color) status = camera->open_color(options);
   if (status) status = camera->describe(options);
-  if (status) status = camera->start();
   if (status && !options.openni2.record_path.empty()) {
     status = camera->start_recorder(options.openni2.record_path);
   }
+  if (status) status = camera->start();
   if (!status) return Error{status.error().code, camera->name_ + ": " + status.error().message};
   return camera;
 }

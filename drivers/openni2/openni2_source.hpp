@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Cameras of the Kinect and Xtion kind through OpenNI2, and its recordings (.oni). In: a device or a file.
 // Out: depth, with the colour image taken within half a frame of it. Thread: one reader; OpenNI2 receives
-// on threads of its own. Open allocates; read does not, but for OpenNI2 itself. docs/drivers.md.
+// on threads of its own. Open allocates; read does not, but for
+// OpenNI2 itself, which takes a node of a list from the heap for each image that it gets back.
+// docs/drivers.md.
 #pragma once
 #include <memory>
 #include <string>

@@ -11,6 +11,11 @@
 namespace loopsift::openni2 {
 
 /// OpenNI2 is initialised while any Session lives; it looks for devices anew when the first one begins.
+///
+/// It remembers every thread that has called it, and asks after all of them (pthread_kill) when a new one
+/// calls: that crashes once the stack of one that has ended is gone. glibc keeps 40 MB of ended threads'
+/// stacks, so a program that opens and closes cameras again and again gives its threads small stacks by
+/// default (loopsift does), and lets whoever calls OpenNI2 live as long as it can.
 class Session {
  public:
   Session();

@@ -52,7 +52,8 @@ const std::uint8_t* MappedFilm::color(std::uint32_t frame) const {
   return depth(frame) + header_.depth_bytes();
 }
 
-CameraDevice::CameraDevice() : at_start_(CameraControl::read()), film_(at_start_.film) {
+CameraDevice::CameraDevice(std::atomic<bool>& over)
+    : over_(over), at_start_(CameraControl::read()), film_(at_start_.film) {
   const int width = static_cast<int>(film_.header().width), height = static_cast<int>(film_.header().height);
   depth_modes_ = {{ONI_PIXEL_FORMAT_DEPTH_1_MM, width, height, kModeRate},
                   {ONI_PIXEL_FORMAT_DEPTH_100_UM, width, height, kModeRate}};
@@ -154,6 +155,7 @@ void CameraDevice::play() {
     if (!now.plugged || now.silent || frame == frames || !everything_runs()) continue;
     send(frame, film_.timestamp_us(frame) + lap_us, ++index);
     ++frame;
+    if (frame == frames && now.unplug_at_end) over_ = true;
   }
 }
 

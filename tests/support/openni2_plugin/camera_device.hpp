@@ -35,7 +35,8 @@ class MappedFilm {
 
 class CameraDevice final : public oni::driver::DeviceBase {
  public:
-  CameraDevice();
+  /// `over` is set when the film has ended and the device shall go with it.
+  explicit CameraDevice(std::atomic<bool>& over);
   ~CameraDevice() override;
 
   OniStatus getSensorInfoList(OniSensorInfo** sensors, int* count) override;
@@ -51,6 +52,7 @@ class CameraDevice final : public oni::driver::DeviceBase {
   [[nodiscard]] bool everything_runs();
   void send(std::uint32_t frame, std::int64_t film_us, int index);
 
+  std::atomic<bool>& over_;
   const CameraControl at_start_;
   MappedFilm film_;
   std::vector<OniVideoMode> depth_modes_, color_modes_;

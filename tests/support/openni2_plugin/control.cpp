@@ -16,6 +16,7 @@ void for_each_member(Control& c, Visit visit) {
   visit("busy", c.busy);
   visit("silent", c.silent);
   visit("repeat", c.repeat);
+  visit("unplug_at_end", c.unplug_at_end);
   visit("can_register", c.can_register);
   visit("can_sync", c.can_sync);
   visit("mirrored", c.mirrored);

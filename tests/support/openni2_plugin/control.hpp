@@ -14,6 +14,7 @@ struct CameraControl {
   bool busy = false;             ///< the device cannot be opened
   bool silent = false;           ///< there, but no frames come
   bool repeat = false;           ///< the film begins anew at its end, its time going on
+  bool unplug_at_end = false;    ///< the device goes away after the film's last frame; not with repeat
   bool can_register = true;      ///< depth can be moved to the colour camera
   bool can_sync = true;          ///< depth and colour can be taken together
   bool mirrored = false;         ///< images are mirrored, and the device cannot be told otherwise

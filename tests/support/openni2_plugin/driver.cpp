@@ -36,7 +36,7 @@ class CameraDriver final : public oni::driver::DriverBase {
   }
 
   oni::driver::DeviceBase* deviceOpen(const char* /*uri*/, const char* /*mode*/) override {
-    if (!CameraControl::read().busy) return new CameraDevice();
+    if (!CameraControl::read().busy) return new CameraDevice(film_over_);
     getServices().errorLoggerAppend("the device is in use by another program");
     return nullptr;
   }
@@ -49,7 +49,7 @@ class CameraDriver final : public oni::driver::DriverBase {
  private:
   // Tells OpenNI2 when the plug was pulled or put in.
   void look() {
-    const bool plugged = CameraControl::read().plugged;
+    const bool plugged = CameraControl::read().plugged && !film_over_;
     if (plugged == plugged_) return;
     plugged_ = plugged;
     const OniDeviceInfo info = device_info();
@@ -63,6 +63,7 @@ class CameraDriver final : public oni::driver::DriverBase {
   }
 
   bool plugged_ = false;
+  std::atomic<bool> film_over_{false};
   std::atomic<bool> closing_{false};
   std::thread watcher_;
 };

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "tests/support/openni2_plugin/test_camera.hpp"
 
+#include <pthread.h>
 #include <sched.h>
 #include <sys/mount.h>
 
@@ -51,7 +52,17 @@ bool enter_own_mounts() {
   return mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) == 0;
 }
 
+/// As the onboard program does; why: drivers/openni2/session.hpp.
+void make_stacks_small() {
+  pthread_attr_t attributes;
+  pthread_attr_init(&attributes);
+  pthread_attr_setstacksize(&attributes, std::size_t{512} << 10);
+  pthread_setattr_default_np(&attributes);
+  pthread_attr_destroy(&attributes);
+}
+
 bool show_plugin() {
+  make_stacks_small();
   const TemporaryFolder folder;  // a mounted file stays when its name is gone
   const std::string settings = folder.write(
       "OpenNI.ini", std::string("[Log]\nVerbosity=3\nLogToConsole=0\nLogToFile=0\n[Device]\n[Drivers]\n") +

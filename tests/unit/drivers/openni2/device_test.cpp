@@ -52,10 +52,13 @@ TEST_F(OpenNi2Device, SaysWhatItIs) {
 TEST_F(OpenNi2Device, DeliversEveryPixelOfDepthAndItsColor) {
   const auto source = open();
   ASSERT_TRUE(source.ok()) << source.error().message;
-  for (const Seen& frame : read_frames(**source, 5)) {
-    const int seed = seed_of(frame);
-    EXPECT_EQ(frame.depth, test::make_depth(kWidth, kHeight, seed).pixels);
-    EXPECT_TRUE(is_color(frame, seed));
+  // A reader that comes late may find the colour image of the next depth image: then there is none.
+  for (int with_color = 0; with_color < 5;) {
+    const Seen frame = read_frames(**source, 1).at(0);
+    EXPECT_EQ(frame.depth, test::make_depth(kWidth, kHeight, seed_of(frame)).pixels);
+    if (frame.color.empty()) continue;
+    ASSERT_TRUE(is_color(frame, seed_of(frame)));
+    ++with_color;
   }
 }
 
