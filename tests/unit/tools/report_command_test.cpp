@@ -64,9 +64,9 @@ TEST_F(ReportCommand, TheResidualIsThatAgainstTheMeasuredDepth) {
   const auto& views = evaluation->json.at("dmp_views");
   EXPECT_EQ(views.at("frame").size(), 157U) << "each frame of a short recording";
   const auto sum = [](const auto& values) {
-    double sum = 0;
-    for (const double v : values) sum += v;
-    return sum;
+    double total = 0;
+    for (const double v : values) total += v;
+    return total;
   };
   EXPECT_LT(sum(views.at("after")), 0.9 * sum(views.at("before")));
 
@@ -80,8 +80,8 @@ TEST_F(ReportCommand, TheResidualIsThatAgainstTheMeasuredDepth) {
   for (std::size_t k = 0; k < surfels->size(); ++k) {
     if (!std::isfinite(residual.before_m[k]) || !std::isfinite(residual.after_m[k])) continue;
     EXPECT_GE(residual.after_m[k], 0.0F);
-    before += residual.before_m[k];
-    after += residual.after_m[k];
+    before += static_cast<double>(residual.before_m[k]);
+    after += static_cast<double>(residual.after_m[k]);
     ++both;
   }
   EXPECT_GT(both, static_cast<int>(surfels->size() / 2));
