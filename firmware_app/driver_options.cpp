@@ -19,6 +19,7 @@ OptionSection openni2_section(OpenNi2Options& o) {
           {"auto_white_balance", &o.auto_white_balance, "of the colour camera"},
           {"exposure", &o.exposure, "without auto_exposure; 0: as the device has it", kDeviceUnits},
           {"gain", &o.gain, "without auto_exposure; 0: as the device has it", kDeviceUnits},
+          {"host_time", &o.host_time, "time stamps on this computer's clock; false: as the camera has them"},
           {"record_path", &o.record_path, "also record what is read to this .oni file; empty: do not"},
       }};
 }

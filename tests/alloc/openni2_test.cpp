@@ -30,7 +30,8 @@ class OpenNi2Heap : public ::testing::Test {
   test::TestCamera camera_;
 };
 
-// OpenNI2 keeps the images that it gets back in a list, and takes a node of it from the heap for each.
+// OpenNI2 keeps the images that it gets back in a list, and takes a node of it from the heap for each; now
+// and then it makes another call, when a wait was long. A call of ours per image would be as many again.
 TEST_F(OpenNi2Heap, ReadingMakesOneCallPerImageAndThatIsOpenNi2s) {
   ASSERT_TRUE(heap_is_watched());
   camera_.control.film = camera_.folder() / "film";
@@ -50,7 +51,7 @@ TEST_F(OpenNi2Heap, ReadingMakesOneCallPerImageAndThatIsOpenNi2s) {
     const HeapSeal seal(&calls, HeapMode::kCount);
     read(**source, buffers.frame, kFrames);
   }
-  EXPECT_LE(calls, kFrames);
+  EXPECT_LT(calls, 2 * kFrames);
 }
 
 }  // namespace
