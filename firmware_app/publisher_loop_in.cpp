@@ -44,7 +44,7 @@ bool parse_loop_in(const void* bytes, std::size_t size, OutsideLoop* loop) {
   if (Eigen::LLT<Matrix6d>(covariance).info() != Eigen::Success) return false;
 
   Matrix6d turned = Matrix6d::Zero();  // (t, ω) of the body to those of the camera
-  turned.topLeftCorner<3, 3>() = turned.bottomRightCorner<3, 3>() = R_body_camera().transpose();
+  turned.topLeftCorner<3, 3>() = turned.bottomRightCorner<3, 3>() = camera_to_body_axes().transpose();
   loop->timestamp_i_ns = message.utime_i * 1000;
   loop->timestamp_j_ns = message.utime_j * 1000;
   loop->T_i_j = camera_pose(Se3(rotation, translation), Se3());
