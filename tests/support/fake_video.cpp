@@ -206,7 +206,7 @@ int FakeVideo::take(v4l2_buffer* head) {
   while (!buffers_[next_buffer_ % buffers_.size()].with_device) ++next_buffer_;
   const std::size_t index = next_buffer_++ % buffers_.size();
   Buffer& buffer = buffers_[index];
-  std::memcpy(buffer.bytes.data(), event.bytes.data(), std::min(event.bytes.size(), buffer.bytes.size()));
+  std::copy_n(event.bytes.begin(), std::min(event.bytes.size(), buffer.bytes.size()), buffer.bytes.begin());
   buffer.with_device = false;
   head->index = static_cast<std::uint32_t>(index);
   head->bytesused = static_cast<std::uint32_t>(

@@ -26,6 +26,7 @@ std::vector<std::uint16_t> unpack(std::uint32_t code, const std::vector<std::uin
 
 std::vector<std::uint16_t> ramp(int bits) {
   std::vector<std::uint16_t> values;
+  values.reserve(kWidth);
   for (int x = 0; x < kWidth; ++x)
     values.push_back(static_cast<std::uint16_t>((0x2A5 * (x + 1) * (x + 3)) & ((1 << bits) - 1)));
   return values;
