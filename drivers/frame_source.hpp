@@ -66,10 +66,10 @@ class FrameSource {
   [[nodiscard]] virtual const std::string& message() const = 0;
 };
 
-/// A source from a URI as the command line takes it: `replay:tum:DIR`, `replay:7scenes:DIR`,
-/// `replay:redwood:DIR`, `replay:sun3d:DIR`, `replay:klg:FILE`, `synth:SCENE`. Defined in
-/// drivers/open_source.cpp, the only place that lists the drivers. Errors name the URI, the file and what to
-/// do.
+/// A source from a URI as the command line takes it: `replay:FORMAT:PATH` (tum, 7scenes, redwood, sun3d,
+/// klg), `synth:SCENE`, `lcm:CHANNEL`, and where the build has them `openni2:`, `v4l2:/dev/videoN`,
+/// `libcamera:N`. Defined in drivers/open_source.cpp, the only place that lists the drivers. Errors name the
+/// URI, the file or device and what to do.
 [[nodiscard]] Expected<std::unique_ptr<FrameSource>> open_source(const std::string& uri,
                                                                  const SourceOptions& options);
 
