@@ -34,7 +34,7 @@ def tiles(run, evaluation):
     truth, figures, items = evaluation.get("truth", {}), run.figures or {}, []
     if "odometry" in truth and "corrected" in truth:
         items.append(tile(centimetres(truth["odometry"]["ate_rmse_m"], truth["corrected"]["ate_rmse_m"]),
-                          "absolute trajectory error, odometry → corrected"))
+                          "trajectory error, odometry → corrected"))
     dmp = figures.get("dmp", {})
     if dmp.get("odometry") is not None and dmp.get("final") is not None:
         items.append(tile(f"{dmp['odometry']:.2f} → {dmp['final']:.2f} m²", "dense map posterior, before → after"))
@@ -49,7 +49,7 @@ def tiles(run, evaluation):
         items.append(tile(f"{frames['tracked']} of {frames['received']}", f"frames tracked{lost}"))
     frame = figures.get("latency_ms", {}).get("frame")
     if frame and frame.get("count"):
-        items.append(tile(f"{frame['p50']:.1f} / {frame['p99']:.1f} ms", "one frame, median / 99th percentile"))
+        items.append(tile(f"{frame['p50']:.1f} / {frame['p99']:.1f} ms", "a frame: median / 99th percentile"))
     if figures.get("memory", {}).get("peak_rss_bytes"):
         items.append(tile(f"{figures['memory']['peak_rss_bytes'] / 2**20:.0f} MiB", "memory at most"))
     return f'<ul class="tiles">{"".join(items)}</ul>' if items else ""
