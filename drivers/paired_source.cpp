@@ -151,9 +151,8 @@ void PairedSource::keep_ahead() {
 }
 
 // Never beyond what is reserved.
-void PairedSource::note(const std::string& problem) {
-  if (problem.empty()) return;
-  message_.assign(problem, 0, kMessageBytes);
+void PairedSource::note(std::string_view problem) {
+  if (!problem.empty()) message_.assign(problem.substr(0, kMessageBytes));
 }
 
 }  // namespace loopsift

@@ -13,6 +13,7 @@
 #pragma once
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "drivers/frame_source.hpp"
@@ -46,7 +47,7 @@ class PairedSource final : public FrameSource {
   [[nodiscard]] bool take_ahead(const RawFrame& frame, bool* found);
   [[nodiscard]] bool read_color(const RawFrame& frame, std::int64_t deadline_ns);
   void keep_ahead();
-  void note(const std::string& problem);
+  void note(std::string_view problem);
 
   std::unique_ptr<FrameSource> depth_, color_;
   SourceInfo info_;

@@ -144,12 +144,11 @@ ReadStatus KlgSource::read(RawFrame& frame, int /*timeout_ms*/) {
       !read_bytes(file_.get(), head.image_bytes, &image_bytes_)) {
     return bad("the file is truncated", true);
   }
-  frame.timestamp_ns = head.timestamp_us * 1000;
   if (head.timestamp_us < 0 || head.timestamp_us > kLatestTimestampUs ||
-      frame.timestamp_ns <= last_timestamp_ns_) {
+      head.timestamp_us * 1000 <= last_timestamp_ns_) {
     return bad("its time stamp does not go forward", false);
   }
-  last_timestamp_ns_ = frame.timestamp_ns;
+  last_timestamp_ns_ = frame.timestamp_ns = head.timestamp_us * 1000;
   frame.depth = ImageView(frame.depth_buffer.data(), info_.camera.width, info_.camera.height);
   frame.color = {};
   assert(frame.depth_buffer.size() >= frame.depth.size());

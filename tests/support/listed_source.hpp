@@ -24,7 +24,9 @@ struct ListedFrame {
 class ListedSource final : public FrameSource {
  public:
   ListedSource(SourceInfo info, std::vector<ListedFrame> frames)
-      : info_(std::move(info)), frames_(std::move(frames)) {}
+      : info_(std::move(info)), frames_(std::move(frames)) {
+    timeouts.reserve(frames_.size() + 1);
+  }
 
   [[nodiscard]] const SourceInfo& info() const override { return info_; }
   [[nodiscard]] const std::string& message() const override { return message_; }
