@@ -241,7 +241,7 @@ void finalize(Settings* settings) {
   odometry.noise_floor_m = fragment.noise_floor_m = s.camera.noise_floor_m;
   odometry.noise_slope = fragment.noise_slope = s.camera.noise_slope_per_m;
   s.lcm_odometry.stream.max_gap_s = s.trajectory_odometry.max_gap_s;
-  s.lcm_odometry.stream.noise = s.trajectory_odometry;
+  s.lcm_odometry.stream.noise = static_cast<const MotionNoise&>(s.trajectory_odometry);
   s.back_end.proposal.max_fragments = posterior.max_fragments = s.store.max_fragments;
   posterior.max_views_per_fragment = fragment.views_per_fragment;
   s.store.max_views = s.store.max_fragments * fragment.views_per_fragment;
