@@ -26,6 +26,7 @@ int parse_and_run(int argc, const char* const* argv) {
   add_eval_surface_command(app, &exit_code);
   add_report_command(app, &exit_code);
   add_synth_command(app, &exit_code);
+  add_view_command(app, &exit_code);
   add_monitor_command(app, &exit_code);
   add_record_command(app, &exit_code);
   add_play_command(app, &exit_code);

@@ -24,5 +24,6 @@ void add_play_command(CLI::App& app, int* exit_code);
 void add_record_command(CLI::App& app, int* exit_code);
 void add_sift_command(CLI::App& app, int* exit_code);
 void add_synth_command(CLI::App& app, int* exit_code);
+void add_view_command(CLI::App& app, int* exit_code);
 
 }  // namespace loopsift::tool

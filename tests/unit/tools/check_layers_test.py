@@ -53,6 +53,8 @@ class CheckLayersTest(unittest.TestCase):
         self.assert_allowed("firmware_app/main.cpp", '"firmware_app/threads.hpp"')
         self.assert_allowed("tests/unit/firmware_app/a.cpp", '"firmware_app/threads.hpp"')
         self.assert_violation("tools/loopsift_tool/a.cpp", '"firmware_app/threads.hpp"', "nobody includes firmware_app")
+        self.assert_allowed("tools/loopsift_tool/a.cpp", '"firmware_app/settings.hpp"')
+        self.assert_violation("core/pipeline/a.cpp", '"firmware_app/settings.hpp"', "core includes nothing outside core")
 
     def test_only_tests_include_tests(self):
         self.assert_violation("tools/loopsift_tool/a.cpp", '"tests/support/s.hpp"', "only tests include tests")
