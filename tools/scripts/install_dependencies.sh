@@ -10,7 +10,7 @@ packages=(
   # libraries
   libeigen3-dev libceres-dev libembree-dev libnanoflann-dev
   libjpeg-dev libpng-dev libturbojpeg0-dev zlib1g-dev
-  liblcm-dev liblcm-bin libglib2.0-dev
+  liblcm-dev liblcm-bin libglib2.0-dev libopenni2-dev
   libcamera-dev
   libtomlplusplus-dev libcli11-dev libspdlog-dev nlohmann-json3-dev
   # tests, benchmarks and checks

@@ -9,7 +9,7 @@ namespace loopsift::test {
 constexpr const char* kControlVariable = "LOOPSIFT_TEST_CAMERA";
 
 struct CameraControl {
-  std::string film;              ///< path; see film.hpp
+  std::string film = "none";     ///< path, without blanks; see film.hpp
   bool plugged = true;           ///< false: the device goes away, or is not there
   bool busy = false;             ///< the device cannot be opened
   bool silent = false;           ///< there, but no frames come
