@@ -112,7 +112,7 @@ int main(int argc, char** argv) {
   std::signal(SIGTERM, request_stop);
   std::printf("listening\n");
   std::fflush(stdout);
-  constexpr int kQuiet_ms = 500;  // after SIGTERM, this long without a message is the end
+  constexpr int kQuiet_ms = 2000;  // after SIGTERM, this long without a message is the end
   while (lcm_handle_timeout(lcm, kQuiet_ms) != 0 || stop_requested == 0) {
   }
   lcm_destroy(lcm);

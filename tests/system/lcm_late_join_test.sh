@@ -22,7 +22,7 @@ ip route add 224.0.0.0/4 dev lo
 folder=$(mktemp -d)
 trap 'kill "$server_pid" "$relay_pid" 2>/dev/null || true; rm -rf "$folder"' EXIT
 wait_for() {
-  for _ in $(seq 200); do
+  for _ in $(seq 1200); do
     grep -q listening "$1" && return
     sleep 0.05
   done

@@ -23,7 +23,7 @@ folder=$(mktemp -d)
 trap 'kill "$listener_pid" 2>/dev/null || true; rm -rf "$folder"' EXIT
 "$listener" 'udpm://239.255.76.67:7667?ttl=0&recv_buf_size=2097152' >"$folder/heard" &
 listener_pid=$!
-for _ in $(seq 100); do
+for _ in $(seq 600); do
   grep -q listening "$folder/heard" && break
   sleep 0.1
 done

@@ -106,7 +106,7 @@ TEST_F(Runtime, WithTooLittleHeapRegistrationsAreRefused) {
 
 TEST_F(Runtime, AStopInTheMiddleLeavesItsResults) {
   make_truth();
-  std::vector<std::string> endless = command({"run.log_level=info"});
+  std::vector<std::string> endless = command({"run.log_level=info", "watchdog.stop_s=60"});
   endless[2] = "synth:room?width=160&height=120&laps=100";
   test::Program program(endless);
   ASSERT_TRUE(program.wait_for(" frames, ", 120)) << program.output();

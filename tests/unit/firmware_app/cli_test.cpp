@@ -3,9 +3,10 @@
 
 #include <gmock/gmock.h>
 
-#include <cstdio>
 #include <fstream>
 #include <vector>
+
+#include "tests/support/temporary_folder.hpp"
 
 namespace loopsift {
 namespace {
@@ -27,11 +28,11 @@ std::string problem(const std::vector<const char*>& arguments) {
 }
 
 TEST(CommandLine, OptionsWithANameOfTheirOwnWinOverSetWhichWinsOverTheFile) {
-  const std::string path = ::testing::TempDir() + "cli_test.toml";
+  const test::TemporaryFolder folder;
+  const std::string path = folder / "file.toml";
   std::ofstream(path) << "[run]\nsource = 'synth:file'\nout = 'file'\nrate = 'max'\n[memory]\ncap_mib = 99\n";
   const auto line = parse({"--config", path.c_str(), "--set", "run.out=set", "--set", "run.source=synth:set",
                            "--source", "replay:tum:/data/a b"});
-  std::remove(path.c_str());
   ASSERT_TRUE(line.ok()) << line.error().message;
   EXPECT_EQ(line->action, Action::kRun);
   EXPECT_EQ(line->settings.run.source, "replay:tum:/data/a b");

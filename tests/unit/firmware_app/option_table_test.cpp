@@ -4,8 +4,9 @@
 
 #include <gmock/gmock.h>
 
-#include <cstdio>
 #include <fstream>
+
+#include "tests/support/temporary_folder.hpp"
 
 namespace loopsift {
 namespace {
@@ -45,9 +46,8 @@ class OptionTableTest : public ::testing::Test {
     std::ofstream(path_) << text;
     return read_toml_file(path_, bind(n_), &problems_);
   }
-  void TearDown() override { std::remove(path_.c_str()); }
-
-  std::string path_ = ::testing::TempDir() + "option_table_test.toml";
+  test::TemporaryFolder folder_;
+  std::string path_ = folder_ / "options.toml";
   Nested n_;
   std::vector<std::string> problems_;
 };
@@ -118,7 +118,7 @@ TEST_F(OptionTableTest, SyntaxErrorsNameTheLine) {
 
 TEST_F(OptionTableTest, AMissingFileOrAFolderIsNamed) {
   EXPECT_FALSE(read_toml_file("/no/such.toml", bind(n_), &problems_));
-  EXPECT_FALSE(read_toml_file(::testing::TempDir(), bind(n_), &problems_));
+  EXPECT_FALSE(read_toml_file(folder_.path(), bind(n_), &problems_));
   EXPECT_THAT(problems_,
               ElementsAre(HasSubstr("/no/such.toml: cannot be read"), HasSubstr("cannot be read")));
 }

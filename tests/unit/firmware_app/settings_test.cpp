@@ -3,9 +3,10 @@
 
 #include <gmock/gmock.h>
 
-#include <cstdio>
 #include <fstream>
 #include <iterator>
+
+#include "tests/support/temporary_folder.hpp"
 
 namespace loopsift {
 namespace {
@@ -34,10 +35,10 @@ TEST(Settings, TheDefaultProfileReadsBackAsTheDefaults) {
 }
 
 TEST(Settings, AssignmentsComeAfterTheFile) {
-  const std::string path = ::testing::TempDir() + "settings_test.toml";
+  const test::TemporaryFolder folder;
+  const std::string path = folder / "settings.toml";
   std::ofstream(path) << "[camera]\nfx = 500\nfy = 501\n[run]\nrate = \"max\"\n";
   const auto settings = load_settings(path, {"camera.fx=517.3", "lcm.prefix=ROBOT1_"});
-  std::remove(path.c_str());
   ASSERT_TRUE(settings.ok()) << settings.error().message;
   EXPECT_EQ(settings->camera.model.fx, 517.3F);
   EXPECT_EQ(settings->camera.model.fy, 501.0F);
@@ -46,10 +47,10 @@ TEST(Settings, AssignmentsComeAfterTheFile) {
 }
 
 TEST(Settings, FileAndAssignmentProblemsAreOneMessage) {
-  const std::string path = ::testing::TempDir() + "settings_test_bad.toml";
+  const test::TemporaryFolder folder;
+  const std::string path = folder / "bad.toml";
   std::ofstream(path) << "[camera]\nfx = \"wide\"\nmax_depth = 4.0\n";
   const auto settings = load_settings(path, {"memory.cap_mib=0", "memory.cap=5"});
-  std::remove(path.c_str());
   ASSERT_FALSE(settings.ok());
   EXPECT_EQ(settings.error().code, ErrorCode::kUsage);
   const std::string& message = settings.error().message;

@@ -63,8 +63,13 @@ TEST(ThreadMonitor, WorkThatGetsOnDoesNotHang) {
 }
 
 TEST(ThreadMonitor, RunsOnTheProcessorOfItsPlan) {
+  cpu_set_t allowed;
+  CPU_ZERO(&allowed);
+  ASSERT_EQ(sched_getaffinity(0, sizeof(allowed), &allowed), 0);
+  std::size_t core = 0;  // the first that this process may use
+  while (!CPU_ISSET(core, &allowed)) ++core;
   ThreadMonitor monitor(ThreadRole::kBack);
-  monitor.set_plan({0, 0, 0, HeapMode::kAllow});
+  monitor.set_plan({0, static_cast<int>(core), 0, HeapMode::kAllow});
   int cores = 0;
   std::thread thread([&] {
     const ThreadTenure tenure(&monitor);
