@@ -66,8 +66,8 @@ class Sifter {
   bool work(int max_steps);
   /// Scores all loops again on the graph as it is and walks from the start. Within the limit the result is
   /// that of the batch algorithm and true is returned; past it what was published before stays, and
-  /// unfinished() says how many loops were left. Loops that still wait for their fragment are refused. go_on is
-  /// asked before each step; its no is as good as the limit.
+  /// unfinished() says how many loops were left. Loops that still wait for their fragment are refused. go_on
+  /// is asked before each step; its no is as good as the limit.
   bool finish(double time_limit_s = 1e9, const std::function<bool()>& go_on = {});
   [[nodiscard]] std::int64_t unfinished() const { return unfinished_; }
 

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "drivers/codec/inflater.hpp"
 #include "drivers/frame_source.hpp"
 #include "drivers/replay/image_file.hpp"
-#include "drivers/codec/inflater.hpp"
 
 namespace loopsift {
 

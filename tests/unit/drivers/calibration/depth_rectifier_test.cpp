@@ -45,7 +45,8 @@ TEST(DepthRectifier, ADistortedPlaneComesOutAsAnIdealCameraSeesIt) {
       worst_before = std::max(worst_before, std::abs(device[i] - ideal_mm));
     }
   }
-  // The plane's depth changes by up to 8 mm a pixel, and the nearest pixel is up to 0.71 pixels away; both are rounded.
+  // The plane's depth changes by up to 8 mm a pixel, and the nearest pixel is up to 0.71 pixels away; both
+  // are rounded.
   EXPECT_LT(worst, 7.0);
   EXPECT_GT(worst_before, 40.0);
   EXPECT_LT(outside, 100);  // barrel distortion shows more than the ideal image holds
