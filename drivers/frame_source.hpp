@@ -42,7 +42,7 @@ enum class ReadStatus {
 /// Settings that override what a source says about itself. Zero or empty: not overridden.
 struct SourceOptions {
   // Not an aggregate: g++ 12 takes the strings of a temporary `{}` for uninitialised.
-  SourceOptions() {}  // NOLINT(modernize-use-equals-default)
+  SourceOptions() {}              // NOLINT(modernize-use-equals-default)
   PinholeCamera camera;           ///< any member that is not 0 replaces the source's own
   double depth_scale = 0;         ///< raw units per metre
   CameraCalibration calibration;  ///< of the sensor; applied to the images of any source

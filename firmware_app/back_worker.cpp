@@ -55,9 +55,11 @@ BackWorker::BackWorker(BackEnd& back_end, const FragmentStore& store, Publisher&
       back_end_(back_end),
       store_(store),
       publisher_(publisher),
-      corrections_(arena.carve<CorrectionRecord>("back/corrections", kCorrections)),
-      saves_(arena.carve<Command>("back/saves", kSaves)),
-      covariance_(&arena, options.max_nodes, kBlocksPerNode * options.max_nodes) {}
+      corrections_("back/corrections", kCorrections, arena),
+      saves_("back/saves", kSaves, arena),
+      covariance_(&arena, options.max_nodes, kBlocksPerNode * options.max_nodes) {
+  back_end_.stop_on(&quick_);
+}
 
 BackWorker::~BackWorker() {
   if (thread_.joinable()) finish();
@@ -82,7 +84,7 @@ void BackWorker::wait_until_idle() {
 }
 
 bool BackWorker::take(CorrectionRecord* correction) {
-  if (corrections_.try_pop(correction)) return true;
+  if (corrections_.pop(correction)) return true;
   if (thread_.joinable() || !undelivered_) return false;
   *correction = scratch_;  // the last word, which found the ring full
   undelivered_ = false;
@@ -102,7 +104,7 @@ void BackWorker::request_end(Ending ending) {
 }
 
 bool BackWorker::request_save(const Command& command) {
-  if (disabled_ || !saves_.try_push(command)) return false;
+  if (disabled_ || !saves_.push(command)) return false;
   work_.post();
   return true;
 }
@@ -181,7 +183,7 @@ void BackWorker::take_outside_loops() {
 
 void BackWorker::save_what_is_asked() {
   Command command;
-  while (!disabled_ && saves_.try_pop(&command)) {
+  while (!disabled_ && saves_.pop(&command)) {
     Status saved = Error{ErrorCode::kCapacity, "not enough memory left for it (memory.back_heap_mib)"};
     if (!options_.save) {
       saved = Error{ErrorCode::kUsage, "the run was started without a folder for results (--out)"};
@@ -216,12 +218,17 @@ void BackWorker::announce(bool changed, std::int64_t deciding_since_ns) {
   loops_accepted_ = static_cast<std::int64_t>(back_end_.sifter().accepted().size());
   publish_decisions(newest_timestamp_ns_);
   publish_graph(epoch_ + (changed ? 1 : 0));
-  if (!changed) return;
+  if (!changed) {
+    if (undelivered_) undelivered_ = !corrections_.push(scratch_);
+    return;
+  }
   scratch_.epoch = ++epoch_;
   scratch_.frame_decided = back_end_.sifter().newest_frame();
   scratch_.T_map_odom = back_end_.T_map_odom();
+  scratch_.piece = back_end_.piece().value;
+  scratch_.anchored = back_end_.anchored();
   put_covariance(&scratch_);
-  undelivered_ = !corrections_.try_push(scratch_);
+  undelivered_ = !corrections_.push(scratch_);
   correction_times_.record_ns(steady_now_ns() - deciding_since_ns);
 }
 

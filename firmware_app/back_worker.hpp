@@ -2,8 +2,8 @@
 // The back thread: takes closed fragments from the front thread, lets the BackEnd work on them, and hands
 // corrections back. The front thread never waits for it, except where the caller asks to (rate `max`, where
 // the same input must give the same output). Capacity: fragments wait in their store, so none is refused
-// here; at most kCorrections corrections wait to be taken — a further one is left out, as the next one says
-// all that it said.
+// here; at most kCorrections corrections wait to be taken — a further one is handed over with the next
+// fragment, or replaced by the next one, which says all that it said.
 //
 // The thread holds at most BackWorkerOptions::heap_bytes of the heap. Registrations and solves get seven
 // eighths of it; one that wants more is refused, and the map stays as it is. When our own lists want more
@@ -19,12 +19,12 @@
 #include "core/base/heap_watch.hpp"
 #include "core/base/latency_histogram.hpp"
 #include "core/base/semaphore.hpp"
-#include "core/base/spsc_ring.hpp"
 #include "core/fragment/fragment_store.hpp"
 #include "core/pipeline/back_end.hpp"
 #include "core/pipeline/outside_loops.hpp"
 #include "core/posegraph/node_covariance.hpp"
 #include "firmware_app/publisher.hpp"
+#include "firmware_app/record_queue.hpp"
 #include "firmware_app/thread_monitor.hpp"
 
 namespace loopsift {
@@ -90,6 +90,8 @@ class BackWorker {
   [[nodiscard]] std::int64_t loops_accepted() const { return loops_accepted_; }
   /// Fragments submitted and not done.
   [[nodiscard]] std::int64_t backlog() const { return submitted_ - done_; }
+  /// Corrections and commands that wait. Allocates.
+  [[nodiscard]] std::vector<PoolFigures> pools() const { return {corrections_.figures(), saves_.figures()}; }
   /// From the arrival of a deciding frame to its correction being ready.
   [[nodiscard]] const LatencyHistogram& correction_times() const { return correction_times_; }
 
@@ -111,8 +113,8 @@ class BackWorker {
   BackEnd& back_end_;
   const FragmentStore& store_;
   Publisher& publisher_;
-  SpscRing<CorrectionRecord> corrections_;
-  SpscRing<Command> saves_;
+  RecordQueue<CorrectionRecord> corrections_;
+  RecordQueue<Command> saves_;
   NodeCovariance covariance_;  // of the back thread
   CorrectionRecord scratch_;   // of the back thread: too large for its stack
   Semaphore work_, idle_;
@@ -132,7 +134,7 @@ class BackWorker {
   };
   OutsideLoops outside_loops_;
   std::vector<Announced> announced_;  // by place in the list
-  bool undelivered_ = false;          // scratch_ found the ring full; read by the front thread after the join
+  bool undelivered_ = false;          // scratch_ found the ring full; the front thread's after the join
   std::size_t next_ = 0;              // fragment to work on
   std::int32_t epoch_ = 0;
   LatencyHistogram correction_times_;

@@ -24,7 +24,7 @@ FrontLoop::FrontLoop(const Parts& parts, const SlewOptions& slew, bool lockstep,
       lockstep_(lockstep),
       figures_(*figures),
       poses_(arena.carve<OdometryPose>("pipeline/poses", max_poses)),
-      notes_(arena.carve<Note>("pipeline/notes", kNotes)),
+      notes_("pipeline/notes", kNotes, arena),
       slew_(slew) {}
 
 ReadStatus FrontLoop::run(const RunControl& control, ThreadMonitor* monitor, ThreadTenure* tenure) {
@@ -64,7 +64,9 @@ void FrontLoop::take(const RawFrame& raw, ThreadMonitor* monitor) {
     closed = result.closed;
     apply_corrections();
     const bool lost = result.tracking.status == TrackingStatus::kLost;
-    if (!lost) keep(result);
+    if (result.tracking.status == TrackingStatus::kFirst) begin_piece(result.frame);
+    if (!lost) keep(result, raw.captured_ns > 0 ? raw.captured_ns : start_ns);
+    if (lost) status_.lost_reason = result.tracking.reason;
     count(lost ? &status_.lost : &status_.tracked);
     note_state(result);
     status_.newest_lost = lost;
@@ -78,7 +80,7 @@ void FrontLoop::take(const RawFrame& raw, ThreadMonitor* monitor) {
   count(&status_.frames);
 }
 
-void FrontLoop::keep(const FrontEndResult& result) {
+void FrontLoop::keep(const FrontEndResult& result, std::int64_t captured_ns) {
   T_odom_camera_ = result.tracking.T_odom_camera;
   const double dt_s = 1e-9 * static_cast<double>(result.timestamp_ns - last_timestamp_ns_);
   const Se3& T_map_odom = slew_.follow(T_map_odom_, T_odom_camera_, status_.frames == 0 ? 0.0 : dt_s);
@@ -90,7 +92,13 @@ void FrontLoop::keep(const FrontEndResult& result) {
     count(&status_.poses_refused);
   }
   (void)parts_.publisher.publish(PoseRecord{result.timestamp_ns, T_odom_camera_, T_map_odom, status_.epoch,
-                                            result.tracking.information});
+                                            result.tracking.information, captured_ns, piece_,
+                                            status_.anchored});
+}
+
+void FrontLoop::begin_piece(FrameId frame) {
+  status_.anchored = piece_ < 0;  // the map begins with the first one
+  piece_ = frame.value;
 }
 
 void FrontLoop::hand_over(std::int64_t timestamp_ns) {
@@ -117,8 +125,14 @@ void FrontLoop::apply_corrections() {
     correction_.timestamp_ns = last_timestamp_ns_;
     correction_.T_odom_camera = T_odom_camera_;
     correction_.T_map_odom_before = T_map_odom_;
-    T_map_odom_ = correction_.T_map_odom;
     status_.epoch = correction_.epoch;
+    if (correction_.piece == piece_) {
+      T_map_odom_ = correction_.T_map_odom;
+      if (!status_.anchored.exchange(correction_.anchored)) slew_.jump_to(T_map_odom_);
+    } else {  // the back thread has not seen the present piece yet
+      correction_.T_map_odom = T_map_odom_;
+      correction_.anchored = status_.anchored;
+    }
     (void)parts_.publisher.publish(correction_);
   }
 }
@@ -140,7 +154,7 @@ void FrontLoop::note_state(const FrontEndResult& result) {
     std::snprintf(text, sizeof text, "tracking lost at frame %lld: %s", frame,
                   to_string(result.tracking.reason));
     note(text);
-  } else if (result.tracking.status == TrackingStatus::kFirst && frame > 0) {
+  } else if (result.tracking.status == TrackingStatus::kFirst && !status_.anchored) {
     std::snprintf(text, sizeof text,
                   "frame %lld starts a new piece of the map, which a loop must join to the rest", frame);
     note(text);
@@ -159,12 +173,13 @@ void FrontLoop::note_skipped() {
 void FrontLoop::note(const char* text) {
   Note note;
   std::strncpy(note.text.data(), text, note.text.size() - 1);
-  (void)notes_.try_push(note);  // a full ring: enough of them are waiting to be told
+  (void)notes_.push(note);  // a full ring: enough of them are waiting to be told
 }
 
-PoolFigures FrontLoop::pose_pool() const {
-  return {"pipeline/poses", static_cast<std::int64_t>(poses_.size()),
-          static_cast<std::int64_t>(status_.poses.load()), status_.poses_refused.load()};
+std::vector<PoolFigures> FrontLoop::pools() const {
+  return {{"pipeline/poses", static_cast<std::int64_t>(poses_.size()),
+           static_cast<std::int64_t>(status_.poses.load()), status_.poses_refused.load()},
+          notes_.figures()};
 }
 
 }  // namespace loopsift

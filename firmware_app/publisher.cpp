@@ -29,16 +29,16 @@ std::int64_t wall_clock_us() {
 
 Publisher::Impl::Impl(const LcmSettings& lcm_settings, Arena& arena, const GraphLimits& limits)
     : settings(lcm_settings),
-      poses("poses", kPoseSlots, arena),
-      corrections("corrections", kCorrectionSlots, arena),
-      loops("loops", kLoopSlots, arena),
-      health("health", kHealthSlots, arena),
-      requests("requests", kRequestSlots, arena),
-      commands("commands", kCommandSlots, arena),
-      loops_in("loops in", kLoopInSlots, arena),
-      acks_heard("answers", kAckSlots, arena),
-      acks_taker("answers taker", kAckSlots, arena),
-      acks_back("answers back", kAckSlots, arena),
+      poses("publisher/poses", kPoseSlots, arena),
+      corrections("publisher/corrections", kCorrectionSlots, arena),
+      loops("publisher/loops", kLoopSlots, arena),
+      health("publisher/health", kHealthSlots, arena),
+      requests("publisher/requests", kRequestSlots, arena),
+      commands("publisher/commands", kCommandSlots, arena),
+      loops_in("publisher/loops in", kLoopInSlots, arena),
+      acks_heard("publisher/answers", kAckSlots, arena),
+      acks_taker("publisher/answers taker", kAckSlots, arena),
+      acks_back("publisher/answers back", kAckSlots, arena),
       graph(limits, arena),
       buffer(arena.carve<std::byte>("publisher/buffer", kBufferBytes)),
       loop_table(arena.carve<LoopRecord>("publisher/loop table", kLoopTable)),
@@ -85,8 +85,9 @@ Status Publisher::start(const FragmentStore* store, ThreadMonitor* monitor) {
   return {};
 }
 
-void Publisher::stop() {
+void Publisher::stop(std::int64_t last_words_ns) {
   Impl& p = *impl_;
+  p.last_words_ns = last_words_ns;
   if (p.lcm == nullptr) return;
   p.deaf = true;
   if (p.listen_thread.joinable()) p.listen_thread.join();

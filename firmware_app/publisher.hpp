@@ -55,6 +55,7 @@ class Publisher {
   static constexpr const char* kCommandChannel = "LOOPSIFT_COMMAND";
   static constexpr const char* kLoopInChannel = "LOOPSIFT_LOOP_IN";
   static constexpr std::size_t kLoopTable = 2048;
+  static constexpr std::int64_t kLastWords_ns = 1'000'000'000;
 
   /// Carves its rings; settings.prefix comes before the channel names. Opens nothing.
   Publisher(const LcmSettings& settings, Arena& arena, const GraphLimits& limits = {});
@@ -68,9 +69,9 @@ class Publisher {
   /// route, say); the object then stays silent. Does nothing when settings.enabled is false.
   /// `monitor` watches the publish thread; null: nobody does.
   Status start(const FragmentStore* store = nullptr, ThreadMonitor* monitor = nullptr);
-  /// Sends what is queued, what is left of the map for at most kLastWords_ms, and ends the threads. Call
-  /// after the threads that publish have ended.
-  void stop();
+  /// Sends what is queued, what is left of the map for at most that long, and ends the threads. Call after
+  /// the threads that publish have ended.
+  void stop(std::int64_t last_words_ns = kLastWords_ns);
   [[nodiscard]] bool running() const;
 
   // Each from one thread only. Never waits, never allocates. False when it was not queued: the ring is full

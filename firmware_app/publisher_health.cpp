@@ -12,6 +12,7 @@ static_assert(kStageCount <= std::extent_v<decltype(health_t::latency)>);
 static_assert(kThreadCount <= std::extent_v<decltype(health_t::threads)>);
 static_assert(RunHealth::kMaxPools <= std::extent_v<decltype(health_t::pools)>);
 static_assert(static_cast<int>(RunState::kFinishing) == health_t::FINISHING);
+static_assert(static_cast<int>(LostReason::kBadTime) == health_t::BAD_TIME);
 
 void fill_latency(health_t* message, const RunHealth& health) {
   message->n_latency = static_cast<std::int32_t>(kStageCount);
@@ -67,6 +68,8 @@ void fill(health_t* message, const RunHealth& health) {
   message->frame_utime = health.timestamp_ns / 1000;
   message->uptime_s = static_cast<double>(health.uptime_ns) * 1e-9;
   message->state = static_cast<std::int8_t>(health.state);
+  message->lost_reason = static_cast<std::int8_t>(health.lost_reason);
+  message->anchored = health.anchored ? 1 : 0;
   message->frames_received = health.frames_received;
   message->frames_dropped = health.frames_dropped;
   message->frames_tracked = health.frames_tracked;

@@ -94,6 +94,8 @@ void fill(pose_t* message, const PoseRecord& record, const Matrix6d& covariance)
   message->utime = microseconds(record.timestamp_ns);
   message->epoch = record.epoch;
   fill(&message->T_odom_body, record.T_odom_camera);
+  message->piece = record.piece;
+  message->anchored = record.anchored ? 1 : 0;
   fill(&message->T_map_body, record.T_map_odom * record.T_odom_camera);
   set_matrix(in_body_axes(covariance), message->covariance);
 }
@@ -109,6 +111,7 @@ void fill(correction_t* message, const CorrectionRecord& record, const Matrix6d&
   message->utime = microseconds(record.timestamp_ns);
   message->epoch = record.epoch;
   message->frame_decided = record.frame_decided;
+  message->anchored = record.anchored ? 1 : 0;
   message->T_map_odom.utime = message->utime;
   set_transform(in_body_axes(record.T_map_odom), message->T_map_odom.trans, message->T_map_odom.quat);
   const Se3 jump =

@@ -10,17 +10,21 @@
 
 namespace loopsift {
 
-/// The newest pose. Goes out as POSE_ODOM, POSE and LOOPSIFT_POSE.
+/// The newest pose. Goes out as POSE_ODOM, LOOPSIFT_POSE and, where it is anchored, POSE.
 struct PoseRecord {
   std::int64_t timestamp_ns = 0;  ///< of the depth image
   Se3 T_odom_camera;
   Se3 T_map_odom;          ///< of the correction that is in force
   std::int32_t epoch = 0;  ///< of that correction
   Matrix6d information =
-      Matrix6d::Zero();  ///< of the motion since the pose before, as in TrackingResult; zero: unknown
+      Matrix6d::Zero();          ///< of the motion since the pose before, as in TrackingResult; zero: unknown
+  std::int64_t captured_ns = 0;  ///< steady clock, when the frame reached the program
+  std::int32_t piece = 0;        ///< number of the frame that the piece of odometry began with
+  bool anchored = true;  ///< false: tracking was lost before the piece, no accepted loop joins it to the map
 };
 
-/// A correction that was just applied. Goes out as LOOPSIFT_CORRECTION and LOOPSIFT_UPDATE.
+/// A correction that was just applied. Goes out as LOOPSIFT_CORRECTION and, where the newest pose is
+/// anchored, LOOPSIFT_UPDATE.
 struct CorrectionRecord {
   std::int64_t timestamp_ns = 0;    ///< of the newest frame when it was applied
   std::int32_t epoch = 0;           ///< from 1; 0 is the uncorrected start
@@ -28,6 +32,8 @@ struct CorrectionRecord {
   Se3 T_odom_camera;                ///< newest pose, by which the jump is measured
   Se3 T_map_odom;
   Se3 T_map_odom_before;
+  std::int32_t piece = 0;  ///< of the newest fragment when the map was solved: frame that it began with
+  bool anchored = true;    ///< whether that piece is joined to the map; else T_map_odom is not known
   std::int64_t covariance_timestamp_ns = 0;  ///< of the pose that covariance is of
   Matrix6d covariance = Matrix6d::Constant(
       std::numeric_limits<double>::quiet_NaN());  ///< of T_map_camera at that time, (t, ω),

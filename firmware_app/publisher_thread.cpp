@@ -2,6 +2,7 @@
 #include "firmware_app/publisher_thread.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace loopsift {
 namespace {
@@ -9,7 +10,8 @@ namespace {
 constexpr std::int64_t kMillisecond_ns = 1'000'000;
 constexpr std::int64_t kMapTick_ns = 2 * kMillisecond_ns;  // between looks at the pacer while chunks wait
 constexpr std::int64_t kGraphPeriod_ns = 5000 * kMillisecond_ns;  // of graphs without a new correction
-constexpr std::int64_t kLastWords_ns = 1000 * kMillisecond_ns;
+
+Matrix6d unknown_covariance() { return Matrix6d::Constant(std::numeric_limits<double>::quiet_NaN()); }
 
 }  // namespace
 
@@ -38,7 +40,7 @@ void Publisher::Impl::work() {
 }
 
 void Publisher::Impl::last_words() {
-  const std::int64_t until_ns = steady_now_ns() + kLastWords_ns;
+  const std::int64_t until_ns = steady_now_ns() + last_words_ns.load();
   graph_epoch_sent = -1;  // the last graph goes out at once
   work();
   while (!wanted.empty() && steady_now_ns() < until_ns) {
@@ -188,18 +190,22 @@ void Publisher::Impl::send(const PoseRecord& record) {
   covariance.add(record.timestamp_ns, record.T_odom_camera, record.information);
   fill(&pose_message, record.timestamp_ns, T_odom_body, velocity.value());
   send(Channel::kPoseOdom, pose_message);
-  fill(&pose_message, record.timestamp_ns, in_body_axes(record.T_map_odom) * T_odom_body, velocity.value());
-  send(Channel::kPose, pose_message);
-  fill(&full_pose_message, record, covariance.newest());
+  if (record.anchored) {
+    fill(&pose_message, record.timestamp_ns, in_body_axes(record.T_map_odom) * T_odom_body, velocity.value());
+    send(Channel::kPose, pose_message);
+  }
+  fill(&full_pose_message, record, record.anchored ? covariance.newest() : unknown_covariance());
+  full_pose_message.captured_utime = wall_clock_us() - (steady_now_ns() - record.captured_ns) / 1000;
   full_pose_message.run = run_id;
   send(Channel::kFullPose, full_pose_message);
 }
 
 void Publisher::Impl::send(const CorrectionRecord& record) {
   covariance.correct(record.covariance_timestamp_ns, record.covariance);
-  fill(&correction_message, record, covariance.newest());
+  fill(&correction_message, record, record.anchored ? covariance.newest() : unknown_covariance());
   correction_message.run = run_id;
   send(Channel::kCorrection, correction_message);
+  if (!record.anchored) return;
   fill(&update_message, record);
   send(Channel::kUpdate, update_message);
 }

@@ -16,8 +16,8 @@
 #include "firmware_app/publisher_graph.hpp"
 #include "firmware_app/publisher_health.hpp"
 #include "firmware_app/publisher_messages.hpp"
-#include "firmware_app/publisher_queue.hpp"
 #include "firmware_app/publisher_wanted.hpp"
+#include "firmware_app/record_queue.hpp"
 
 namespace loopsift {
 
@@ -102,6 +102,7 @@ struct Publisher::Impl {
   std::atomic<bool> stopping{false}, deaf{false}, paused{false};
   std::array<std::atomic<std::int64_t>, kChannelNames.size()> sent{};
   std::atomic<std::int64_t> failed{0}, obeyed{0}, refused{0};
+  std::atomic<std::int64_t> last_words_ns{kLastWords_ns};
   std::atomic<std::int32_t> fragment_count{0};  // that can be asked for
 
   CommandGate gate{0, 0};  // listening thread

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "core/odometry/odometry.hpp"
 #include "core/pipeline/run_figures.hpp"
 
 namespace loopsift {
@@ -52,6 +53,8 @@ struct RunHealth {
   std::int64_t timestamp_ns = 0;  ///< of the newest frame; 0 before the first
   std::int64_t uptime_ns = 0;     ///< since the threads started
   RunState state = RunState::kStarting;
+  LostReason lost_reason = LostReason::kNone;  ///< of the newest frame that was lost; kNone: none was
+  bool anchored = true;  ///< false: tracking was lost, and no accepted loop joins what came after to the map
 
   std::int64_t frames_received = 0, frames_dropped = 0, frames_tracked = 0, frames_lost = 0;
   std::array<Latency, kStageCount> latency;  ///< by Stage

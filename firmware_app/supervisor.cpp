@@ -16,6 +16,7 @@ namespace loopsift {
 namespace {
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
+constexpr const char* kMoreTime = "EXTEND_TIMEOUT_USEC=60000000";  // else it ends what stops too slowly
 
 double seconds(std::int64_t ns) { return static_cast<double>(ns) * 1e-9; }
 
@@ -62,6 +63,7 @@ void Supervisor::tick() {
   told_state_ = state;
   if (now - health_told_ns_ < kSecond_ns) return;
   health_told_ns_ = now;
+  if (finishing_) service_.notify(kMoreTime);
   (void)view_.publisher.publish(health(now));
 }
 
@@ -118,10 +120,12 @@ void Supervisor::watch(std::int64_t now_ns) {
 void Supervisor::finishing() {
   finishing_ = true;
   service_.notify("STOPPING=1");
+  service_.notify(kMoreTime);
   tick();
 }
 
 void Supervisor::ended() {
+  service_.notify(kMoreTime);  // for the results
   tell_notes();
   const std::int64_t now = steady_now_ns();
   progress_.finish(progress_state(now), seconds(now));
@@ -152,6 +156,8 @@ RunHealth Supervisor::health(std::int64_t now_ns) const {
   health.timestamp_ns = front.newest_timestamp_ns;
   health.uptime_ns = now_ns - started_ns_;
   health.state = state(now_ns);
+  health.lost_reason = front.lost_reason;
+  health.anchored = front.anchored;
   health.frames_received = counts.received + counts.bad;
   health.frames_dropped = counts.dropped + counts.bad;
   health.frames_tracked = front.tracked;
@@ -182,9 +188,9 @@ RunHealth Supervisor::health(std::int64_t now_ns) const {
 
 void Supervisor::fill_pools(RunHealth* health) const {
   std::vector<PoolFigures> pools = store_pools(view_.store);
-  pools.push_back(view_.front.pose_pool());
-  const std::vector<PoolFigures> publishers = view_.publisher.pools();
-  pools.insert(pools.end(), publishers.begin(), publishers.end());
+  for (const std::vector<PoolFigures>& more :
+       {view_.front.pools(), view_.back_worker.pools(), view_.publisher.pools()})
+    pools.insert(pools.end(), more.begin(), more.end());
   for (const PoolFigures& pool : pools) {
     if (health->pool_count == static_cast<std::int32_t>(RunHealth::kMaxPools)) return;
     RunHealth::Pool& told = health->pools[static_cast<std::size_t>(health->pool_count++)];

@@ -33,6 +33,7 @@ namespace {
 
 constexpr const char* kUsualSource = "synth:room";  // 640×480 with colour
 constexpr std::size_t kMib = std::size_t{1} << 20;
+constexpr std::int64_t kLastWordsOfAStop_ns = 200'000'000;
 
 double steady_seconds() { return static_cast<double>(steady_now_ns()) * 1e-9; }
 
@@ -160,9 +161,13 @@ void collect_back(const Parts& parts, RunFigures* figures) {
   figures->loops.tested = sifter.counts().tested;
   figures->loops.accepted = static_cast<std::int64_t>(sifter.accepted().size());
   figures->loops.revoked = sifter.counts().revoked;
-  figures->dmp.odometry_m2 = parts.back_end.dmp_odometry();
-  figures->dmp.final_m2 = parts.back_end.dmp_final();
   figures->dmp.views = parts.back_end.scorer().view_count();
+}
+
+/// All views of both maps: seconds, where the map is large.
+void score(const BackEnd& back_end, RunFigures::Dmp* dmp) {
+  dmp->odometry_m2 = back_end.dmp_odometry();
+  dmp->final_m2 = back_end.dmp_final();
 }
 
 void collect(const Parts& parts, const Shared& shared, RunFigures* figures) {
@@ -175,8 +180,9 @@ void collect(const Parts& parts, const Shared& shared, RunFigures* figures) {
   (*figures)[Stage::kLoopTest] = parts.back_end.sifter().test_times();
   (*figures)[Stage::kCorrection] = parts.back_worker.correction_times();
   figures->pools = parts.publisher.pools();
-  for (const PoolFigures& pool : store_pools(parts.store)) figures->pools.push_back(pool);
-  figures->pools.push_back(parts.front.pose_pool());
+  for (const std::vector<PoolFigures>& more :
+       {store_pools(parts.store), parts.front.pools(), parts.back_worker.pools()})
+    figures->pools.insert(figures->pools.end(), more.begin(), more.end());
   const ActiveSurfels& active = parts.front_end.builder().active();
   figures->pools.push_back({"fragment/active surfels", static_cast<std::int64_t>(active.capacity()),
                             static_cast<std::int64_t>(active.high_water()),
@@ -231,6 +237,7 @@ class Run {
   Semaphore front_ended_;
   ReadStatus source_status_ = ReadStatus::kEnd;
   bool source_ended_ = false, back_joined_ = false;
+  bool stopped_ = false;  // by a signal: whoever sent it waits
 };
 
 /// What must be asked of the system before the threads start, and after all parts were made: what they took
@@ -287,7 +294,8 @@ std::optional<Failure> Run::go(RunControl& control, Progress& progress) {
   wait_for_capture();
   if (source_ended_)
     if (const std::string told = parts_.recorder.finish(); !told.empty()) spdlog::info("{}", told);
-  parts_.publisher.stop();
+  stopped_ = control.stop;
+  parts_.publisher.stop(stopped_ ? kLastWordsOfAStop_ns : Publisher::kLastWords_ns);
   supervisor.ended();
   if (given_ != nullptr && !given_->summary().empty()) spdlog::info("odometry: {}", given_->summary());
   if (source_status_ != ReadStatus::kLost) return std::nullopt;
@@ -330,6 +338,7 @@ Status Run::write(double started_s) {
   collect(parts_, shared_, &figures);
   const bool back_end_is_whole = back_joined_ && !parts_.back_worker.disabled();
   if (back_end_is_whole) collect_back(parts_, &figures);
+  if (back_end_is_whole && !stopped_) score(parts_.back_end, &figures.dmp);
   const std::string& out = settings_.run.out;
   if (out.empty()) return {};
   const FrontLoop& front = parts_.front;

@@ -116,8 +116,9 @@ const Fragment* FragmentBuilder::close(FragmentStore* store) {
   fragment.joined_to_previous = joined_;
   fragment.frames = {frames_.data(), static_cast<std::size_t>(frame_count_)};
   fragment.views = {views_.data(), static_cast<std::size_t>(view_count_)};
-  fragment.surfels =
-      thinner_.thin(surfels_.surfels(), options_.thin_cell_m, static_cast<std::size_t>(options_.max_surfels));
+  const std::size_t at_most =
+      std::min(static_cast<std::size_t>(options_.max_surfels), store->surfel_allowance());
+  fragment.surfels = thinner_.thin(surfels_.surfels(), options_.thin_cell_m, at_most);
   const Fragment* closed = store->add(fragment);
   surfels_.clear();
   frame_count_ = view_count_ = 0;

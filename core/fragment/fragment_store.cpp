@@ -43,6 +43,13 @@ const Fragment* FragmentStore::add(const Fragment& fragment) {
   return stored;
 }
 
+std::size_t FragmentStore::surfel_allowance() const {
+  const std::size_t left = surfels_.size() - used_surfels_;
+  const std::size_t to_come = fragments_.size() - used_fragments_.load(std::memory_order_relaxed);
+  const bool plenty = left > surfels_.size() / 2 || to_come == 0;
+  return std::max(plenty ? left : left / to_come, kLeastSurfels);
+}
+
 Span<const Fragment> FragmentStore::fragments() const {
   return {fragments_.data(), used_fragments_.load(std::memory_order_acquire)};
 }

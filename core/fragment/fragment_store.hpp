@@ -17,7 +17,7 @@ namespace loopsift {
 
 struct StoreOptions {
   int max_fragments = 360;
-  int max_surfels = 1700000;   ///< of all fragments
+  int max_surfels = 2000000;   ///< of all fragments
   int max_frames = 18000;      ///< of all fragments
   int max_views = 720;         ///< of all fragments
   int max_view_pixels = 4800;  ///< of one view
@@ -26,6 +26,7 @@ struct StoreOptions {
 
 class FragmentStore {
  public:
+  static constexpr std::size_t kLeastSurfels = 2000;  ///< of a fragment that can still be tracked against
   struct Pool {
     std::size_t capacity = 0;
     std::size_t used = 0;  ///< also the high-water mark: nothing is ever freed
@@ -35,6 +36,10 @@ class FragmentStore {
   /// Copies the fragment with everything that it points to and gives it the next id. Null when there is no
   /// room.
   const Fragment* add(const Fragment& fragment);
+  /// Surfels that the next fragment may have: all there are while more than half of them are free; then an
+  /// equal share for each fragment that may still come, but never below kLeastSurfels. So the map gets
+  /// coarser before it ends.
+  [[nodiscard]] std::size_t surfel_allowance() const;
   /// All fragments so far, in order of id.
   [[nodiscard]] Span<const Fragment> fragments() const;
   [[nodiscard]] int refused() const { return refused_; }

@@ -109,6 +109,19 @@ Se3 BackEnd::T_map_odom() const {
   return sifter_.T_map_node().back() * graph_.T_map_node.back().inverse();
 }
 
+bool BackEnd::anchored() const {
+  const PoseGraph graph = sifter_.graph();
+  return graph.nodes.empty() || joined(graph, 0, static_cast<int>(graph.nodes.size()) - 1);
+}
+
+FrameId BackEnd::piece() const {
+  std::size_t first = fragments_.size();
+  if (first == 0) return {};
+  do --first;
+  while (first > 0 && fragments_[first]->joined_to_previous);
+  return fragments_[first]->frames[0].frame;
+}
+
 double BackEnd::dmp_odometry() const {
   const std::vector<Se3> poses = fragment_poses(graph_, graph_.T_map_node);
   return scorer_.dmp(poses).value;

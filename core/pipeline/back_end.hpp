@@ -4,6 +4,7 @@
 // proposer, the scorer and the list of loops; a fragment past it is counted and left out of sifting (the map
 // keeps it where the odometry put it). Thread: back. Allocates.
 #pragma once
+#include <atomic>
 #include <functional>
 #include <vector>
 
@@ -49,6 +50,8 @@ class BackEnd {
   bool finish(const std::function<bool()>& go_on = {}) {
     return sifter_.finish(options_.finish_limit_s, go_on);
   }
+  /// Once *stop is set (null: never), add_fragment() ends after the registration in work.
+  void stop_on(const std::atomic<bool>* stop) { proposer_.stop_on(stop); }
 
   /// All loops as they were proposed or handed in, by id; without those that the list dropped.
   [[nodiscard]] std::vector<Loop> proposals() const;
@@ -70,6 +73,11 @@ class BackEnd {
   [[nodiscard]] std::vector<Se3> T_map_fragment() const;
   /// Correction in force at the newest fragment.
   [[nodiscard]] Se3 T_map_odom() const;
+  /// Whether edges of the odometry and of accepted loops join the newest fragment to the first. After a loss
+  /// of tracking they do not until a loop of the new piece is accepted; T_map_odom() says nothing until then.
+  [[nodiscard]] bool anchored() const;
+  /// First frame of the piece of trajectory that the newest fragment is of; invalid before the first one.
+  [[nodiscard]] FrameId piece() const;
   /// DMP (plain, m²) of the odometry's map and of the best one, over the score views.
   [[nodiscard]] double dmp_odometry() const;
   [[nodiscard]] double dmp_final() const;

@@ -17,9 +17,9 @@ struct OdometryPose {
 };
 
 /// Each frame corrected by what the two nodes around it in time say, blended on SE(3) by time, so that the
-/// trajectory has no step where fragments meet. Before the first and after the last node the nearest one's
-/// correction holds. `odometry` has the graph with the odometry's poses, T_map_node the corrected ones (by
-/// node).
+/// trajectory has no step where fragments meet. Before the first and after the last node of a piece that was
+/// tracked without a loss the nearest one's correction holds. `odometry` has the graph with the odometry's
+/// poses, T_map_node the corrected ones (by node).
 [[nodiscard]] Trajectory corrected_trajectory(Span<const OdometryPose> frames, const PoseGraph& odometry,
                                               const std::vector<Se3>& T_map_node);
 /// The frames as they are.

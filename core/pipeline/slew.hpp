@@ -21,6 +21,8 @@ class Slew {
   /// moves along the one-parameter motion towards where the correction in force has it: at the limits, or all
   /// the way.
   [[nodiscard]] const Se3& follow(const Se3& T_map_odom, const Se3& T_odom_camera, double dt_s);
+  /// The next pose is where the correction has it: there was none before that it could move from.
+  void jump_to(const Se3& T_map_odom) { T_map_odom_ = T_map_odom; }
 
  private:
   SlewOptions options_;

@@ -229,7 +229,10 @@ void Proposer::propose(FragmentId newest_id, Span<const Se3> T_map_fragment, Spa
   prepare_target(*newest);
   if (target_cloud_.size() < static_cast<std::size_t>(options_.icp.min_partners)) return;
   choose_candidates(*newest, T_map_fragment, drift_m);
-  for (const Candidate& candidate : candidates_) try_pair(candidate, *newest, T_map_fragment, out);
+  for (const Candidate& candidate : candidates_) {
+    if (stopped()) return;
+    try_pair(candidate, *newest, T_map_fragment, out);
+  }
 }
 
 /// Pairs that may overlap under this estimate, and whose estimate is another than when they were last tried.
@@ -261,6 +264,7 @@ void Proposer::choose_repeats(Span<const Se3> T_map_fragment) {
 void Proposer::propose_again(Span<const Se3> T_map_fragment, std::vector<Loop>* out) {
   choose_repeats(T_map_fragment);
   for (const Repeat& repeat : repeats_) {
+    if (stopped()) return;
     const Entry &earlier = entries_[repeat.entry], &later = entries_[repeat.target];
     const FragmentId i = earlier.fragment->id, j = later.fragment->id;
     const Se3 T_j_i = T_map_fragment[j.index()].inverse() * T_map_fragment[i.index()];

@@ -11,6 +11,7 @@
 // Capacity: max_fragments descriptors, carved from the arena; further fragments are refused and counted.
 // Thread: back. Working buffers grow to the size of the largest fragment and are reused.
 #pragma once
+#include <atomic>
 #include <cstdint>
 #include <vector>
 
@@ -78,6 +79,9 @@ class Proposer {
   /// the next call.
   void propose_again(Span<const Se3> T_map_fragment, std::vector<Loop>* out);
 
+  /// Once *stop is set (null: never) both leave the pairs not tried yet.
+  void stop_on(const std::atomic<bool>* stop) { stop_ = stop; }
+
   [[nodiscard]] const ProposalCounts& counts() const { return counts_; }
 
  private:
@@ -102,6 +106,7 @@ class Proposer {
     float apart = 0;                    ///< distance of the centres, in units of both radii
   };
 
+  [[nodiscard]] bool stopped() const { return stop_ != nullptr && *stop_; }
   [[nodiscard]] const Entry* find(FragmentId id) const;
   [[nodiscard]] bool are_neighbours(std::size_t entry, std::size_t later) const;
   [[nodiscard]] float expected_overlap(const Entry& entry, const Se3& T_target_entry, float drift_m) const;
@@ -117,6 +122,7 @@ class Proposer {
             std::vector<Loop>* out);
 
   ProposalOptions options_;
+  const std::atomic<bool>* stop_ = nullptr;
   Span<std::uint16_t> keypoint_store_;
   Span<std::uint8_t> feature_store_;
   Span<Eigen::Vector3f> sample_store_;

@@ -27,6 +27,10 @@ int main(int argc, char** argv) {
     if (!pose || pose->utime == planned_utime) continue;
     const double dt_s = planned_utime == 0 ? 0.0 : static_cast<double>(pose->utime - planned_utime) * 1e-6;
     planned_utime = pose->utime;
+    if (!pose->anchored) {  // where the goal lies from here is not known
+      std::printf("lost its place: waits for a loop\n");
+      continue;
+    }
     const auto command = planner.update(pose->T_odom_body, loopsift.T_map_odom(), dt_s);
     std::printf("epoch %d: forward %.2f m/s, yaw %.2f rad/s, position known to %.3f m\n", pose->epoch,
                 command.forward_m_s, command.yaw_rad_s,

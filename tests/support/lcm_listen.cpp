@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
-// A subscriber as a process of its own: lcm_listen URL. Prints "listening" once it hears the bus, then until
-// SIGTERM counts what arrives, decodes it and checks that it makes sense; then prints JSON:
+// A subscriber as a process of its own: lcm_listen URL [AGES]. Prints "listening" once it hears the bus, then
+// until SIGTERM counts what arrives, decodes it and checks that it makes sense; then prints JSON:
 //   {"CHANNEL": {"count": 60, "bad": 0, "out_of_order": 0}, ...}
+// and, where it is named, writes the file AGES: for each pose the milliseconds since its frame came in.
 // Message types are told by the end of the channel's name. Exit 0, or 1 when LCM cannot be opened.
 #include <lcm/lcm.h>
 
 #include <bot_core/pose_t.hpp>
 #include <bot_frames/update_t.hpp>
+#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdint>
@@ -29,6 +31,8 @@ struct Tally {
   std::int64_t last_utime = INT64_MIN;
 };
 using Tallies = std::map<std::string, Tally>;
+
+std::FILE* ages = nullptr;  // of poses, ms, one a line
 
 volatile std::sig_atomic_t stop_requested = 0;
 void request_stop(int /*signal*/) { stop_requested = 1; }
@@ -64,6 +68,16 @@ bool ends_with(const std::string& text, const std::string& end) {
   return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
 }
 
+/// How long ago the frame of a pose came in, by this host's clock.
+void note_age(const lcm_recv_buf_t& received) {
+  loopsift::pose_t message{};
+  if (ages == nullptr || message.decode(received.data, 0, static_cast<int>(received.data_size)) < 0) return;
+  const std::int64_t now_us = std::chrono::duration_cast<std::chrono::microseconds>(
+                                  std::chrono::system_clock::now().time_since_epoch())
+                                  .count();
+  std::fprintf(ages, "%.3f\n", 1e-3 * static_cast<double>(now_us - message.captured_utime));
+}
+
 void receive(const lcm_recv_buf_t* received, const char* channel_name, void* user) {
   const std::string channel = channel_name;
   Tally& tally = (*static_cast<Tallies*>(user))[channel];
@@ -77,6 +91,7 @@ void receive(const lcm_recv_buf_t* received, const char* channel_name, void* use
   if (ends_with(channel, "LOOPSIFT_HEALTH")) good = check<loopsift::health_t>(*received, &utime);
   if (ends_with(channel, "LOOPSIFT_POSE")) {
     good = check<loopsift::pose_t>(*received, &utime);
+    note_age(*received);
   } else if (ends_with(channel, "POSE") || ends_with(channel, "POSE_ODOM"))
     good = check<bot_core::pose_t>(*received, &utime);
   ++tally.count;
@@ -100,8 +115,8 @@ void print_json(const Tallies& tallies) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 2) {
-    std::fprintf(stderr, "usage: lcm_listen URL\n");
+  if (argc < 2) {
+    std::fprintf(stderr, "usage: lcm_listen URL [AGES]\n");
     return 2;
   }
   lcm_t* lcm = lcm_create(argv[1]);
@@ -110,12 +125,14 @@ int main(int argc, char** argv) {
   lcm_subscription_t* subscription = lcm_subscribe(lcm, ".*", receive, &tallies);
   lcm_subscription_set_queue_capacity(subscription, 10'000);
   std::signal(SIGTERM, request_stop);
+  if (argc > 2) ages = std::fopen(argv[2], "w");
   std::printf("listening\n");
   std::fflush(stdout);
   constexpr int kQuiet_ms = 2000;  // after SIGTERM, this long without a message is the end
   while (lcm_handle_timeout(lcm, kQuiet_ms) != 0 || stop_requested == 0) {
   }
   lcm_destroy(lcm);
+  if (ages != nullptr) std::fclose(ages);
   print_json(tallies);
   return 0;
 }

@@ -135,7 +135,7 @@ TEST_F(Runtime, AServiceManagerIsToldOfReadyAndStopping) {
     told.append(text, static_cast<std::size_t>(size)).append("\n");
   close(listener);
   EXPECT_THAT(told, HasSubstr("READY=1\n"));
-  EXPECT_THAT(told, HasSubstr("STOPPING=1\n"));
+  EXPECT_THAT(told, HasSubstr("STOPPING=1\nEXTEND_TIMEOUT_USEC="));
 }
 
 }  // namespace

@@ -87,6 +87,8 @@ TEST_F(BackWorkerTest, CorrectionsArriveWithTheirEpoch) {
   ASSERT_TRUE(worker.take(&correction));
   EXPECT_EQ(correction.epoch, 1);
   EXPECT_EQ(correction.frame_decided, 27);
+  EXPECT_EQ(correction.piece, 0);
+  EXPECT_TRUE(correction.anchored);
   EXPECT_GT(correction.T_map_odom.log().norm(), 0.01);
   EXPECT_FALSE(worker.take(&correction));
 

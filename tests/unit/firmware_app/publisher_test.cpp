@@ -177,6 +177,36 @@ TEST_F(PublisherTest, ACorrectionCarriesJumpAndCovarianceAndComesBeforeItsPose) 
   EXPECT_NEAR(update.quat[3], std::sin(0.05), 1e-12);
 }
 
+// After a loss, until an accepted loop says where it is.
+TEST_F(PublisherTest, APoseThatIsNotKnownInTheMapDoesNotGoOutAsOne) {
+  Arena arena(bytes_);
+  Publisher publisher(settings_, arena);
+  ASSERT_TRUE(publisher.start().ok());
+  PoseRecord pose;
+  pose.timestamp_ns = 5'000'000'000;
+  pose.piece = 120;
+  pose.anchored = false;
+  ASSERT_TRUE(publisher.publish(pose));
+  while (publisher.sent(Channel::kFullPose) == 0) std::this_thread::yield();
+  auto correction = std::make_unique<CorrectionRecord>();
+  correction->epoch = 1;
+  correction->anchored = false;
+  ASSERT_TRUE(publisher.publish(*correction));
+  publisher.stop();
+
+  const std::vector<Event> events = read_after_start(path_);
+  ASSERT_EQ(events.size(), 3U);
+  EXPECT_EQ(events[0].channel, "R2_POSE_ODOM");
+  ASSERT_EQ(events[1].channel, "R2_LOOPSIFT_POSE");
+  const auto full = decode<pose_t>(events[1]);
+  EXPECT_EQ(full.piece, 120);
+  EXPECT_FALSE(full.anchored);
+  EXPECT_TRUE(std::isnan(full.covariance[0]));
+  ASSERT_EQ(events[2].channel, "R2_LOOPSIFT_CORRECTION") << "and no LOOPSIFT_UPDATE";
+  EXPECT_FALSE(decode<correction_t>(events[2]).anchored);
+  EXPECT_EQ(publisher.sent(Channel::kPose), 0);
+}
+
 TEST_F(PublisherTest, ALoopCarriesItsNumbers) {
   Arena arena(bytes_);
   Publisher publisher(settings_, arena);

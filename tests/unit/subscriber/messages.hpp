@@ -21,6 +21,7 @@ inline pose_t pose_message(std::int64_t utime, double x, std::int32_t epoch = 0)
   m.utime = utime;
   m.run = kRun;
   m.epoch = epoch;
+  m.anchored = 1;
   m.T_odom_body = at(x);
   m.T_map_body = at(x, epoch);
   m.covariance[0] = 1e-4;

@@ -21,7 +21,7 @@ def transform(*trans):
 
 
 def pose(utime, x, **changes):
-    fields = dict(utime=utime, run=RUN, epoch=0, T_odom_body=transform(x, 0.0, 0.0), T_map_body=transform(x, 0.0, 0.0),
+    fields = dict(utime=utime, captured_utime=0, run=RUN, epoch=0, piece=0, anchored=1, T_odom_body=transform(x, 0.0, 0.0), T_map_body=transform(x, 0.0, 0.0),
                   covariance=[0.0] * 36)
     return TYPES.encode("loopsift.pose_t", Message(**{**fields, **changes}))
 

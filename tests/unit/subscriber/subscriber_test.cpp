@@ -82,6 +82,17 @@ TEST_F(SubscriberTest, KnowsThePoseNowAndAtATime) {
   EXPECT_NEAR(subscriber_.T_map_odom().trans[1], 2, 1e-12) << "a lost correction shows in the pose";
 }
 
+TEST_F(SubscriberTest, SaysThatAPoseInTheMapIsNotKnownAfterALoss) {
+  send("LOOPSIFT_POSE", pose_message(1000, 1));
+  EXPECT_TRUE(subscriber_.pose()->anchored);
+  pose_t lost = pose_message(2000, 1);
+  lost.anchored = 0;
+  lost.piece = 60;
+  send("LOOPSIFT_POSE", lost);
+  EXPECT_FALSE(subscriber_.pose()->anchored);
+  EXPECT_EQ(subscriber_.pose()->piece, 60);
+}
+
 TEST_F(SubscriberTest, ForgetsPosesOlderThanItsHistory) {
   SubscriberOptions options;
   options.history_s = 1;

@@ -15,6 +15,7 @@ health_t tracking() {
   health_t health{};
   health.state = health_t::TRACKING;
   health.uptime_s = 12;
+  health.anchored = 1;
   health.frames_tracked = 345;
   health.temperature_c = health.clock_mhz = std::numeric_limits<float>::quiet_NaN();
   health.fence_peak_bytes = -1;
@@ -37,6 +38,15 @@ TEST(HealthScreen, SaysWhatIsKnownAndLeavesOutWhatIsNot) {
   EXPECT_THAT(text, Not(HasSubstr("°C")));
   EXPECT_THAT(text, Not(HasSubstr("back thread's heap")));
   EXPECT_THAT(text, HasSubstr("FULL"));
+}
+
+TEST(HealthScreen, SaysWhyTrackingWasLostAndThatThePoseInTheMapIsNotKnown) {
+  EXPECT_THAT(health_screen(tracking(), 0), Not(HasSubstr("NOT JOINED")));
+  health_t health = tracking();
+  health.state = health_t::LOST;
+  health.lost_reason = health_t::NO_DEPTH;
+  health.anchored = 0;
+  EXPECT_THAT(health_screen(health, 0), HasSubstr("lost (too little depth), NOT JOINED to the map"));
 }
 
 TEST(HealthScreen, ASilentProgramIsNotTakenForATrackingOne) {

@@ -35,8 +35,22 @@ const char* state_name(std::int8_t state) {
   return state >= 0 && state < static_cast<int>(std::size(kNames)) ? kNames[state] : "?";
 }
 
+const char* lost_reason(std::int8_t reason) {
+  constexpr const char* kNames[] = {"",
+                                    "too little depth",
+                                    "the map is out of sight",
+                                    "too few points agree with the map",
+                                    "too large a motion",
+                                    "no pose from outside",
+                                    "time stamps do not advance"};
+  return reason >= 0 && reason < static_cast<int>(std::size(kNames)) ? kNames[reason] : "?";
+}
+
 void append_summary(const health_t& h, double age_s, std::string* text) {
-  append(text, "loopsift: %s%s", state_name(h.state), h.paused != 0 ? ", paused" : "");
+  append(text, "loopsift: %s", state_name(h.state));
+  if (h.state == health_t::LOST) append(text, " (%s)", lost_reason(h.lost_reason));
+  if (h.paused != 0) *text += ", paused";
+  if (h.anchored == 0) *text += ", NOT JOINED to the map since a loss";
   if (age_s > kSilent_s) append(text, " — SILENT for %.0f s", age_s);
   append(text, ", up %.0f s", h.uptime_s);
   if (std::isfinite(h.temperature_c)) append(text, ", %.0f °C", static_cast<double>(h.temperature_c));

@@ -48,10 +48,13 @@ struct SubscriberOptions {
 
 /// A pose with what is known about it.
 struct Pose {
-  std::int64_t utime = 0;  ///< µs, time of the depth image
-  std::int32_t epoch = 0;  ///< of the correction in T_map_body
-  Transform T_odom_body;   ///< smooth; drifts, never jumps
-  Transform T_map_body;    ///< corrected
+  std::int64_t utime = 0;           ///< µs, time of the depth image
+  std::int64_t captured_utime = 0;  ///< µs since 1970, the program's host: when the frame came in
+  std::int32_t epoch = 0;           ///< of the correction in T_map_body
+  std::int32_t piece = 0;           ///< another value is another odom: tracking was lost in between
+  bool anchored = true;   ///< false: T_map_body is not known, as no accepted loop joins the piece to the map
+  Transform T_odom_body;  ///< smooth; drifts, never jumps
+  Transform T_map_body;   ///< corrected
   std::array<double, 36>
       covariance;  ///< of T_map_body: row-major, (t, ω), m and rad, on the right; NaN: unknown
 };

@@ -73,7 +73,10 @@ inline bool Subscriber::is_this_run(std::int64_t run) {
 inline bool Subscriber::take_pose(const pose_t& m) {
   Pose pose;
   pose.utime = m.utime;
+  pose.captured_utime = m.captured_utime;
   pose.epoch = m.epoch;
+  pose.piece = m.piece;
+  pose.anchored = m.anchored != 0;
   pose.T_odom_body = make_transform(m.T_odom_body.trans, m.T_odom_body.quat);
   pose.T_map_body = make_transform(m.T_map_body.trans, m.T_map_body.quat);
   std::copy(std::begin(m.covariance), std::end(m.covariance), pose.covariance.begin());

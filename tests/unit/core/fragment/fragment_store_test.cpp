@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/fragment/surfel_ply.hpp"
+#include "tests/support/temporary_folder.hpp"
 #include "tests/unit/core/fragment/fused_scene.hpp"
 
 namespace loopsift {
@@ -55,6 +56,44 @@ TEST(FragmentStore, EveryPoolIsALimit) {
     EXPECT_EQ(fused.store().refused(), 1) << which;
     EXPECT_EQ(fused.store().surfel_pool().used, 0U) << which;
   }
+}
+
+TEST(FragmentStore, SharesOutItsSecondHalf) {
+  StoreOptions options = test::small_store();
+  options.max_fragments = 8;
+  options.max_surfels = 60000;
+  FusedScene fused(AnalyticScene::room(), {}, options);
+  FragmentStore& store = fused.store();
+  std::vector<float> values(30000);
+  std::vector<std::uint32_t> colours(values.size());
+  std::vector<std::uint16_t> frames(values.size());
+  const auto add = [&](std::size_t surfels) {
+    Fragment fragment;
+    for (Span<float>* list :
+         {&fragment.surfels.x, &fragment.surfels.y, &fragment.surfels.z, &fragment.surfels.nx,
+          &fragment.surfels.ny, &fragment.surfels.nz, &fragment.surfels.radius, &fragment.surfels.weight})
+      *list = {values.data(), surfels};
+    fragment.surfels.rgb = {colours.data(), surfels};
+    fragment.surfels.first_frame = fragment.surfels.last_frame = {frames.data(), surfels};
+    return store.add(fragment) != nullptr;
+  };
+  EXPECT_EQ(store.surfel_allowance(), 60000U);
+  ASSERT_TRUE(add(29999));
+  EXPECT_EQ(store.surfel_allowance(), 30001U) << "more than half are free: as many as it likes";
+  ASSERT_TRUE(add(9001));
+  for (int left = 6; left > 0; --left) {
+    EXPECT_EQ(store.surfel_allowance(), 3500U) << left;
+    ASSERT_TRUE(add(3500)) << left;
+  }
+  EXPECT_EQ(store.refused(), 0);
+  EXPECT_EQ(store.surfel_pool().used, 60000U);
+}
+
+TEST(FragmentStore, NeverSharesOutTooLittleToTrackAgainst) {
+  StoreOptions options = test::small_store();
+  options.max_surfels = 10;
+  FusedScene fused(AnalyticScene::room(), {}, options);
+  EXPECT_EQ(fused.store().surfel_allowance(), FragmentStore::kLeastSurfels);
 }
 
 TEST(FragmentStore, CopiesEverythingThatAFragmentPointsTo) {
@@ -118,7 +157,8 @@ TEST(SurfelPly, ComesBackAsWritten) {
   const Span<const Fragment> fragments = fused.store().fragments();
   const std::vector<Se3> poses = {Se3(),
                                   Se3(so3_exp(Eigen::Vector3d(0, 0, M_PI_2)), Eigen::Vector3d(1, 2, 3))};
-  const std::string path = testing::TempDir() + "loopsift_surfels.ply";
+  const test::TemporaryFolder folder;
+  const std::string path = folder / "map.ply";
   ASSERT_TRUE(write_surfel_ply(path, fragments, {poses.data(), poses.size()}).ok());
   const std::vector<Vertex> vertices = read_ply(path);
   const std::size_t first = fragments[0].surfels.size();
@@ -133,7 +173,6 @@ TEST(SurfelPly, ComesBackAsWritten) {
     ASSERT_EQ(v.radius, s.radius[i]);
     ASSERT_EQ(v.confidence, s.weight[i]);
   }
-  std::remove(path.c_str());
 }
 
 TEST(SurfelPly, HeaderSaysWhereEachFragmentEnds) {
@@ -142,7 +181,8 @@ TEST(SurfelPly, HeaderSaysWhereEachFragmentEnds) {
   ASSERT_NE(fused.builder().close(&fused.store()), nullptr);
   const Span<const Fragment> fragments = fused.store().fragments();
   const Se3 pose;
-  const std::string path = testing::TempDir() + "loopsift_fragments.ply";
+  const test::TemporaryFolder folder;
+  const std::string path = folder / "map.ply";
   ASSERT_TRUE(write_surfel_ply(path, fragments, {&pose, 1}).ok());
   char expected[128];
   std::snprintf(expected, sizeof expected, "comment fragment 0 surfels %zu first_frame_s %.9f",
@@ -151,7 +191,6 @@ TEST(SurfelPly, HeaderSaysWhereEachFragmentEnds) {
   std::vector<std::string> header;
   for (std::string line; std::getline(file, line) && line != "end_header";) header.push_back(line);
   EXPECT_THAT(header, testing::Contains(expected));
-  std::remove(path.c_str());
 }
 
 TEST(SurfelPly, SaysWhatWentWrong) {

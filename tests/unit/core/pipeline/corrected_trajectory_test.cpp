@@ -17,6 +17,7 @@ struct CurvedPath {
       graph.T_map_node.push_back(pose_at(1.0 + n));
     }
     graph.first_node.push_back(3);
+    for (int n = 0; n < 2; ++n) graph.odometry.push_back({n, n + 1, Se3(), Matrix6d::Identity(), LoopId{}});
     for (int k = 0; k <= 30; ++k) frames.push_back({(500 + 100 * k) * kMs, pose_at(0.5 + 0.1 * k)});
   }
   static Se3 pose_at(double s) { return {so3_exp({0.1 * s, 0.4 * s, 0}), {0.5 * s, 0.1 * s * s, 0}}; }
@@ -98,6 +99,18 @@ TEST(CorrectedTrajectory, HoldsTheNearestCorrectionBeforeAndAfterTheNodes) {
   EXPECT_LT(distance(trajectory.poses.front().T_world_camera, first * path.frames.front().T_odom_camera),
             1e-9);
   EXPECT_LT(distance(trajectory.poses.back().T_world_camera, last * path.frames.back().T_odom_camera), 1e-9);
+}
+
+TEST(CorrectedTrajectory, NothingIsBlendedWhereTrackingWasLost) {
+  CurvedPath path;
+  path.graph.odometry.pop_back();  // between 2 s and 3 s
+  const Se3 far(Eigen::Matrix3d::Identity(), {5, 0, 0});
+  const Trajectory trajectory = path.corrected({Se3(), Se3(), far});
+  for (std::size_t k = 0; k < path.frames.size(); ++k) {
+    const Se3& expected = trajectory.poses[k].time_s < 2.95 ? Se3() : far;
+    EXPECT_LT(distance(trajectory.poses[k].T_world_camera, expected * path.frames[k].T_odom_camera), 1e-9)
+        << "at " << trajectory.poses[k].time_s << " s";
+  }
 }
 
 TEST(CorrectedTrajectory, WithoutNodesIsTheOdometry) {

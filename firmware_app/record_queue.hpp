@@ -18,8 +18,9 @@ namespace loopsift {
 template <class Record>
 class RecordQueue {
  public:
+  /// name: "part/what", a literal.
   RecordQueue(const char* name, std::size_t capacity, Arena& arena)
-      : name_(name), ring_(arena.carve<Record>(std::string("publisher/") + name, capacity)) {}
+      : name_(name), ring_(arena.carve<Record>(name, capacity)) {}
 
   bool push(const Record& record) {
     if (!ring_.try_push(record)) {
@@ -33,8 +34,8 @@ class RecordQueue {
   bool pop(Record* record) { return ring_.try_pop(record); }
   /// Allocates.
   [[nodiscard]] PoolFigures figures() const {
-    return {"publisher/" + std::string(name_), static_cast<std::int64_t>(ring_.capacity()),
-            high_water_.load(std::memory_order_relaxed), refused_.load(std::memory_order_relaxed)};
+    return {name_, static_cast<std::int64_t>(ring_.capacity()), high_water_.load(std::memory_order_relaxed),
+            refused_.load(std::memory_order_relaxed)};
   }
 
  private:
