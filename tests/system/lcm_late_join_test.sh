@@ -3,22 +3,10 @@
 # A subscriber joins a publisher with a finished map over a bus that loses packets, and must end up with the same map,
 # byte for byte; malformed commands change nothing. usage:
 # lcm_late_join_test.sh SERVER RELAY JOINER FRAGMENTS LOSS LIMIT_S MALFORMED
-# Exit 77 (skipped) where a network namespace may not be made.
+# To be run by private_bus.sh.
 set -euo pipefail
 
-if [[ "${1:-}" != --inside ]]; then
-  if ! unshare -n true 2>/dev/null; then
-    echo "skipped: this user may not make a network namespace (unshare -n)"
-    exit 77
-  fi
-  exec unshare -n "$0" --inside "$@"
-fi
-shift
-
 server=$1 relay=$2 joiner=$3 fragments=$4 loss=$5 limit_s=$6 malformed=$7
-ip link set lo up multicast on
-ip route add 224.0.0.0/4 dev lo
-
 folder=$(mktemp -d)
 trap 'kill "$server_pid" "$relay_pid" 2>/dev/null || true; rm -rf "$folder"' EXIT
 wait_for() {

@@ -2,23 +2,11 @@
 # SPDX-License-Identifier: MIT
 # The program while it maps: a subscriber joins late, has it pause, save and finish, and must have rebuilt the map that was
 # saved, byte for byte. usage: lcm_program_test.sh JOINER PROGRAM [ARGUMENT...]; --out is added.
-# Exit 77 (skipped) where a network namespace may not be made.
+# To be run by private_bus.sh.
 set -euo pipefail
-
-if [[ "${1:-}" != --inside ]]; then
-  if ! unshare -n true 2>/dev/null; then
-    echo "skipped: this user may not make a network namespace (unshare -n)"
-    exit 77
-  fi
-  exec unshare -n "$0" --inside "$@"
-fi
-shift
 
 joiner=$1
 shift
-ip link set lo up multicast on
-ip route add 224.0.0.0/4 dev lo
-
 folder=$(mktemp -d)
 trap 'kill "$program_pid" 2>/dev/null || true; rm -rf "$folder"' EXIT
 "$@" --out "$folder/out" 2>"$folder/log" &

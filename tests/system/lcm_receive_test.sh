@@ -2,23 +2,11 @@
 # SPDX-License-Identifier: MIT
 # Runs a program and a subscriber as two processes on a loopback bus of their own and compares what arrived.
 # usage: lcm_receive_test.sh LISTENER "CHANNEL=COUNT ..." PROGRAM [ARGUMENT...]
-# COUNT is a number, or + for at least one. Exit 77 (skipped) where a network namespace may not be made.
+# COUNT is a number, or + for at least one. To be run by private_bus.sh.
 set -euo pipefail
-
-if [[ "${1:-}" != --inside ]]; then
-  if ! unshare -n true 2>/dev/null; then
-    echo "skipped: this user may not make a network namespace (unshare -n)"
-    exit 77
-  fi
-  exec unshare -n "$0" --inside "$@"
-fi
-shift
 
 listener=$1 expected=$2
 shift 2
-ip link set lo up multicast on
-ip route add 224.0.0.0/4 dev lo
-
 folder=$(mktemp -d)
 trap 'kill "$listener_pid" 2>/dev/null || true; rm -rf "$folder"' EXIT
 "$listener" 'udpm://239.255.76.67:7667?ttl=0&recv_buf_size=2097152' >"$folder/heard" &
