@@ -48,12 +48,13 @@ std::vector<Se3> challengers(const Se3& T_i_j, const ChallengeStep& step, const 
   return motions;
 }
 
-bool withstands_challenge(const MapScorer& scorer, const Loop& loop, Span<const Se3> T_map_fragment) {
+bool withstands_challenge(const MapScorer& scorer, const Loop& loop, Span<const Se3> T_map_fragment,
+                          bool joined) {
   const Se3 T_i_j_map = T_map_fragment[loop.i.index()].inverse() * T_map_fragment[loop.j.index()];
   const Eigen::Vector3d centroid_j = scorer.centroid(loop.j);
   const ChallengeStep near = image_step(scorer), far = correction_step(loop.T_i_j, T_i_j_map, centroid_j);
   if (!beats_all(scorer, loop, challengers(loop.T_i_j, near, centroid_j))) return false;
-  return far.distance_m <= near.distance_m ||
+  return !joined || far.distance_m <= near.distance_m ||
          beats_all(scorer, loop, challengers(loop.T_i_j, far, centroid_j));
 }
 

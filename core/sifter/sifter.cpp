@@ -195,9 +195,16 @@ Reason Sifter::judge(SiftedLoop* record, const TrialMap& with) {
   record->views = comparison.views;
   if (!(comparison.gain > 0)) return Reason::kNoImprovement;
   if (!comparison.significant()) return Reason::kInsignificant;
-  const bool stands =
-      !options_.challenge || withstands_challenge(trial_.scorer(), record->loop, best_.T_map_fragment);
-  return stands ? Reason::kImproves : Reason::kChallenged;
+  return withstands_challenge(record->loop) ? Reason::kImproves : Reason::kChallenged;
+}
+
+bool Sifter::withstands_challenge(const Loop& loop) const {
+  if (!options_.challenge) return true;
+  PoseGraph graph = trial_.graph();
+  graph.loops = frame_loops_of(best_accepted_);
+  const bool joined =
+      loopsift::joined(graph, graph.first_node[loop.i.index()], graph.first_node[loop.j.index()]);
+  return loopsift::withstands_challenge(trial_.scorer(), loop, best_.T_map_fragment, joined);
 }
 
 Reason Sifter::judge_plain(SiftedLoop* record, const TrialMap& with) {

@@ -121,6 +121,7 @@ class Sifter {
   void publish();
   [[nodiscard]] Reason judge(SiftedLoop* record, const TrialMap& with);
   [[nodiscard]] Reason judge_plain(SiftedLoop* record, const TrialMap& with);
+  [[nodiscard]] bool withstands_challenge(const Loop& loop) const;
   [[nodiscard]] double gain_without(const TrialMap& map);
   [[nodiscard]] ViewComparison compare(Reference reference, const TrialMap& map, double prior_gain,
                                        const ComparisonLimits& limits);

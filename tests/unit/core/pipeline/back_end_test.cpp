@@ -89,6 +89,35 @@ TEST(BackEnd, BatchInsertionEndsLikeFragmentByFragment) {
   EXPECT_EQ(std::memcmp(a.data(), b.data(), a.size() * sizeof(Se3)), 0);
 }
 
+// Tracking is lost before fragment 4; what comes after lies wherever the odometry began anew.
+TEST(BackEnd, APieceAfterALossIsAnchoredByAnAcceptedLoop) {
+  const FragmentWorld world;
+  InArena<BackEnd> back_end(small_back_end(false));
+  EXPECT_TRUE(back_end->anchored());
+  EXPECT_FALSE(back_end->piece().valid());
+  const Se3 T_began_anew(so3_exp({0, 0.4, 0}), {0.7, 0, 0.3});
+  std::vector<Fragment> fragments = world.fragments();
+  fragments[4].joined_to_previous = false;
+  for (std::size_t f = 4; f < 7; ++f)
+    fragments[f].T_odom_fragment = T_began_anew * fragments[f].T_odom_fragment;
+  for (std::size_t f = 0; f < 6; ++f) {
+    (void)grow(&*back_end, fragments[f]);
+    EXPECT_EQ(back_end->anchored(), f < 4) << f;
+    EXPECT_EQ(back_end->piece(), fragments[f < 4 ? 0 : 4].frames[0].frame) << f;
+  }
+  const Loop loop = world.loop(0, 0, 6);
+  back_end->add_loops(Span<const Loop>(&loop, 1));
+  EXPECT_TRUE(grow(&*back_end, fragments[6]));
+  ASSERT_EQ(back_end->sifter().accepted().size(), 1U);
+  EXPECT_TRUE(back_end->anchored());
+  EXPECT_EQ(back_end->piece(), fragments[4].frames[0].frame);
+  const std::vector<Se3> poses = back_end->T_map_fragment();
+  for (std::size_t f = 4; f < 7; ++f)
+    EXPECT_LT((poses[f].translation() - world.truth()[f].translation()).norm(), 0.06) << f;
+  const Se3 corrected = back_end->T_map_odom() * fragments[6].T_odom_fragment;
+  EXPECT_LT((corrected.translation() - world.truth()[6].translation()).norm(), 0.06);
+}
+
 TEST(BackEnd, LeavesOutWhatDoesNotFitAndGoesOn) {
   const FragmentWorld world;
   BackEndOptions options = small_back_end(true);

@@ -69,17 +69,30 @@ TEST(Challenge, TrueLoopsWithstandAndNearMissesDoNot) {
   const FragmentWorld world;
   const Sifting sifting(world);
   for (const Loop& loop : test::true_loops(world))
-    EXPECT_TRUE(withstands_challenge(*sifting.scorer, loop, world.odometry())) << loop.id.value;
+    EXPECT_TRUE(withstands_challenge(*sifting.scorer, loop, world.odometry(), true)) << loop.id.value;
   for (const Vector6d& e : {error(0.35, 0, 0, 0), error(0, 0, -0.3, 0), error(0.25, 0.2, 0, 0.1)})
-    EXPECT_FALSE(withstands_challenge(*sifting.scorer, world.loop(10, 0, 6, e), world.odometry()))
+    EXPECT_FALSE(withstands_challenge(*sifting.scorer, world.loop(10, 0, 6, e), world.odometry(), true))
         << e.transpose();
 }
 
 TEST(Challenge, ALoopThatSharesNoPixelIsNotBelieved) {
   const FragmentWorld world;
   const Sifting sifting(world);
-  EXPECT_FALSE(
-      withstands_challenge(*sifting.scorer, world.loop(10, 0, 6, error(50, 0, 0, 0)), world.odometry()));
+  EXPECT_FALSE(withstands_challenge(*sifting.scorer, world.loop(10, 0, 6, error(50, 0, 0, 0)),
+                                    world.odometry(), true));
+}
+
+// Where a piece lies that hangs on nothing is nobody's estimate: how far a loop moves it tells nothing.
+TEST(Challenge, OfAPieceThatHangsOnNothingTheWayThatItMovesDoesNotMatter) {
+  const FragmentWorld world;
+  const Sifting sifting(world);
+  std::vector<Se3> elsewhere = world.odometry();
+  elsewhere[6] = Se3(so3_exp({0, 0.4, 0}), {0.7, 0, 0.3}) * elsewhere[6];
+  const Loop loop = world.loop(0, 0, 6), near_miss = world.loop(1, 0, 6, error(0.35, 0, 0, 0));
+  EXPECT_FALSE(withstands_challenge(*sifting.scorer, loop, elsewhere, true))
+      << "its far neighbours are asked";
+  EXPECT_TRUE(withstands_challenge(*sifting.scorer, loop, elsewhere, false));
+  EXPECT_FALSE(withstands_challenge(*sifting.scorer, near_miss, elsewhere, false));
 }
 
 }  // namespace
