@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cassert>
-#include <numeric>
 
+#include "core/posegraph/graph_check.hpp"
 #include "core/posegraph/pose_graph.hpp"
 
 namespace loopsift {
@@ -44,25 +44,12 @@ Edge link(const Fragment& previous, const Fragment& fragment, int keyframes, int
           LoopId{}};
 }
 
-int root(const std::vector<int>& parent, int node) {
-  while (parent[static_cast<std::size_t>(node)] != node) node = parent[static_cast<std::size_t>(node)];
-  return node;
-}
-
 }  // namespace
 
 bool joined(const PoseGraph& graph, int a, int b) {
-  std::vector<int> parent(graph.nodes.size());  // a forest: nodes that edges join have the same root
-  std::iota(parent.begin(), parent.end(), 0);
-  for (const std::vector<Edge>* list : {&graph.odometry, &graph.loops}) {
-    for (const Edge& edge : *list) {
-      const int oldest = std::min(root(parent, edge.a), root(parent, edge.b));
-      parent[static_cast<std::size_t>(root(parent, edge.a))] = oldest;
-      parent[static_cast<std::size_t>(root(parent, edge.b))] = oldest;
-      parent[static_cast<std::size_t>(edge.b)] = oldest;  // keeps the way to the root short
-    }
-  }
-  return root(parent, a) == root(parent, b);
+  std::vector<int> part(graph.T_map_node.size());
+  find_parts(graph, part);
+  return part[static_cast<std::size_t>(a)] == part[static_cast<std::size_t>(b)];
 }
 
 void append_fragment(const Fragment* previous, const Fragment& fragment, int keyframes, PoseGraph* graph) {

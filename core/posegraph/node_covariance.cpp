@@ -4,19 +4,21 @@
 #include <algorithm>
 
 #include "core/posegraph/edge_error.hpp"
+#include "core/posegraph/graph_check.hpp"
 
 namespace loopsift {
 
 NodeCovariance::NodeCovariance(Arena* arena, int max_nodes, int max_blocks)
     : cholesky_(arena, max_nodes, max_blocks),
-      parent_(arena->carve<int>("posegraph/covariance", static_cast<std::size_t>(max_nodes))),
+      part_(arena->carve<int>("posegraph/covariance", static_cast<std::size_t>(max_nodes))),
       column_(arena->carve<Vector6d>("posegraph/covariance", static_cast<std::size_t>(max_nodes))) {}
 
 bool NodeCovariance::compute(const PoseGraph& graph, int node, Matrix6d* covariance) {
   const auto nodes = static_cast<int>(graph.T_map_node.size());
-  if (node < 0 || node >= nodes || nodes > static_cast<int>(parent_.size())) return false;
-  find_parts(graph);
-  if (root(node) != root(0)) return false;
+  if (node < 0 || node >= nodes || nodes > static_cast<int>(part_.size())) return false;
+  const Span<int> part = part_.first(static_cast<std::size_t>(nodes));
+  find_parts(graph, part);
+  if (part[static_cast<std::size_t>(node)] != part[0]) return false;
   cholesky_.begin(nodes);
   for (const std::vector<Edge>* list : {&graph.odometry, &graph.loops})
     for (const Edge& edge : *list)
@@ -25,7 +27,8 @@ bool NodeCovariance::compute(const PoseGraph& graph, int node, Matrix6d* covaria
   cholesky_.clear();
   // What is fixed, or not joined to what is: any number will do.
   for (int n = 0; n < nodes; ++n)
-    if (n == 0 || root(n) != root(0)) cholesky_.add_diagonal(n, Matrix6d::Identity());
+    if (n == 0 || part[static_cast<std::size_t>(n)] != part[0])
+      cholesky_.add_diagonal(n, Matrix6d::Identity());
   for (const std::vector<Edge>* list : {&graph.odometry, &graph.loops})
     for (const Edge& edge : *list) add_edge(graph, edge);
   if (!cholesky_.factorize(0)) return false;
@@ -37,22 +40,6 @@ bool NodeCovariance::compute(const PoseGraph& graph, int node, Matrix6d* covaria
     covariance->col(k) = column[static_cast<std::size_t>(node)];
   }
   return covariance->allFinite();
-}
-
-int NodeCovariance::root(int node) const {
-  while (parent_[static_cast<std::size_t>(node)] != node) node = parent_[static_cast<std::size_t>(node)];
-  return node;
-}
-
-void NodeCovariance::find_parts(const PoseGraph& graph) {
-  for (std::size_t n = 0; n < graph.T_map_node.size(); ++n) parent_[n] = static_cast<int>(n);
-  for (const std::vector<Edge>* list : {&graph.odometry, &graph.loops}) {
-    for (const Edge& edge : *list) {
-      const int a = root(edge.a), b = root(edge.b);
-      parent_[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
-      parent_[static_cast<std::size_t>(edge.b)] = std::min(a, b);  // keeps the way to the root short
-    }
-  }
 }
 
 void NodeCovariance::add_edge(const PoseGraph& graph, const Edge& edge) {

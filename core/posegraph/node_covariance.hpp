@@ -21,12 +21,10 @@ class NodeCovariance {
   [[nodiscard]] bool compute(const PoseGraph& graph, int node, Matrix6d* covariance);
 
  private:
-  [[nodiscard]] int root(int node) const;
-  void find_parts(const PoseGraph& graph);
   void add_edge(const PoseGraph& graph, const Edge& edge);
 
   BlockCholesky cholesky_;
-  Span<int> parent_;  // a forest: nodes that edges join have the same root
+  Span<int> part_;  // see find_parts()
   Span<Vector6d> column_;
 };
 

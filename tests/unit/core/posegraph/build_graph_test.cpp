@@ -201,6 +201,7 @@ TEST(BuildGraph, ANewFragmentFollowsTheCorrectedMap) {
 TEST(Joined, FollowsEdgesOfBothKindsEachWay) {
   PoseGraph graph;
   graph.nodes.resize(6);
+  graph.T_map_node.resize(6);
   const auto edge = [](int a, int b) { return Edge{a, b, Se3(), Matrix6d::Identity(), LoopId{}}; };
   graph.odometry = {edge(0, 1), edge(1, 2), edge(3, 4), edge(4, 5)};  // lost between 2 and 3
   EXPECT_TRUE(joined(graph, 0, 2));
