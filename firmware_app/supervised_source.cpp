@@ -155,7 +155,10 @@ ReadStatus SupervisedSource::wait_for_return(int timeout_ms) {
 }
 
 void SupervisedSource::run() {
-  for (lost_or_stop_.wait(); !stopping_; lost_or_stop_.wait()) open_again();
+  while (!stopping_) {
+    lost_or_stop_.wait();
+    if (!stopping_) open_again();
+  }
   ended_ = true;
 }
 

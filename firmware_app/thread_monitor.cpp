@@ -45,6 +45,11 @@ std::int64_t ThreadMonitor::heap_calls() const {
   return heap_calls_.load(std::memory_order_relaxed);
 }
 
+std::int64_t ThreadMonitor::library_heap_calls() const {
+  if (heap_calls() < 0) return -1;
+  return library_heap_calls_.load(std::memory_order_relaxed);
+}
+
 ThreadTenure::ThreadTenure(ThreadMonitor* monitor) : monitor_(monitor) {
   if (monitor_ == nullptr) return;
   pthread_setname_np(pthread_self(), monitor_->name());
@@ -64,7 +69,7 @@ ThreadTenure::~ThreadTenure() {
 void ThreadTenure::seal_heap() {
   if (monitor_ == nullptr || seal_) return;
   monitor_->sealed_ = true;
-  seal_.emplace(&monitor_->heap_calls_, monitor_->plan_.sealed);
+  seal_.emplace(&monitor_->heap_calls_, monitor_->plan_.sealed, &monitor_->library_heap_calls_);
 }
 
 WorkSpan::WorkSpan(ThreadMonitor* monitor) : monitor_(monitor) {

@@ -48,6 +48,8 @@ class ThreadMonitor {
   [[nodiscard]] std::int64_t busy_ns(std::int64_t now_ns) const;
   /// Since the seal; −1 when the thread was never sealed or this program does not count.
   [[nodiscard]] std::int64_t heap_calls() const;
+  /// Those that a library made under a HeapPardon; −1 as above.
+  [[nodiscard]] std::int64_t library_heap_calls() const;
 
  private:
   friend class ThreadTenure;
@@ -55,7 +57,7 @@ class ThreadMonitor {
   ThreadRole role_;
   ThreadPlan plan_;
   std::atomic<bool> running_{false}, realtime_{false}, sealed_{false};
-  std::atomic<std::int64_t> busy_since_ns_{0}, misses_{0}, heap_calls_{0};
+  std::atomic<std::int64_t> busy_since_ns_{0}, misses_{0}, heap_calls_{0}, library_heap_calls_{0};
 };
 
 /// On the thread's own stack for as long as it runs.

@@ -187,13 +187,14 @@ void collect(const Parts& parts, const Shared& shared, RunFigures* figures) {
   figures->pools.push_back({"fragment/active surfels", static_cast<std::int64_t>(active.capacity()),
                             static_cast<std::int64_t>(active.high_water()),
                             static_cast<std::int64_t>(active.refused())});
-  const auto heap_calls = [&](ThreadRole role) {
-    const std::int64_t calls = shared.monitors[static_cast<std::size_t>(role)].heap_calls();
-    return calls < 0 ? std::nullopt : std::optional(calls);
+  const auto monitor = [&](ThreadRole role) -> const ThreadMonitor& {
+    return shared.monitors[static_cast<std::size_t>(role)];
   };
-  figures->memory.capture_heap_calls = heap_calls(ThreadRole::kCapture);
-  figures->memory.front_heap_calls = heap_calls(ThreadRole::kFront);
-  figures->memory.publish_heap_calls = heap_calls(ThreadRole::kPublish);
+  const auto counted = [](std::int64_t calls) { return calls < 0 ? std::nullopt : std::optional(calls); };
+  figures->memory.capture_heap_calls = counted(monitor(ThreadRole::kCapture).heap_calls());
+  figures->memory.front_heap_calls = counted(monitor(ThreadRole::kFront).heap_calls());
+  figures->memory.publish_heap_calls = counted(monitor(ThreadRole::kPublish).heap_calls());
+  figures->memory.camera_library_heap_calls = counted(monitor(ThreadRole::kCapture).library_heap_calls());
   if (!heap_is_watched()) return;
   figures->memory.fence_peak_bytes = parts.back_worker.heap_figures().peak_bytes;
   figures->memory.fence_refusals = parts.back_worker.heap_figures().refusals;

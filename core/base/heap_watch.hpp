@@ -4,6 +4,7 @@
 // refusal to a thread that has used up its fence.
 //
 // - A *sealed* thread makes no heap call: each is counted, or ends the process (HeapMode).
+//   A library that cannot be kept from it is called under a HeapPardon: counted apart.
 // - A *fenced* thread holds at most a given number of bytes; a call past that fails as if memory had run out.
 //   Library work goes through within_fence(), which turns the failure into an answer.
 //
@@ -30,11 +31,22 @@ enum class HeapMode : std::uint8_t {
 /// more than null) are heap calls.
 class HeapSeal {
  public:
-  /// Counts into `calls`, which must outlive this; only the sealed thread writes it, any may read it.
-  HeapSeal(std::atomic<std::int64_t>* calls, HeapMode mode);
+  /// Counts into `calls`, and what was pardoned into `pardoned` (null: not counted). Both must outlive this;
+  /// only the sealed thread writes them, any may read them.
+  HeapSeal(std::atomic<std::int64_t>* calls, HeapMode mode, std::atomic<std::int64_t>* pardoned = nullptr);
   ~HeapSeal();
   HeapSeal(const HeapSeal&) = delete;
   HeapSeal& operator=(const HeapSeal&) = delete;
+};
+
+/// While this lives, heap calls of a sealed thread are the library's that is being called: counted apart and
+/// never trapped. For libraries that take memory at every call and offer no way around it; not nested.
+class HeapPardon {
+ public:
+  HeapPardon();
+  ~HeapPardon();
+  HeapPardon(const HeapPardon&) = delete;
+  HeapPardon& operator=(const HeapPardon&) = delete;
 };
 
 /// How much of the heap one thread may hold, above what it held when the fence went up (giving back memory

@@ -81,6 +81,7 @@ struct RunFigures {
     std::optional<std::int64_t> capture_heap_calls;
     std::optional<std::int64_t> front_heap_calls;
     std::optional<std::int64_t> publish_heap_calls;
+    std::optional<std::int64_t> camera_library_heap_calls;  ///< of the capture thread, within the library
     std::optional<std::int64_t> fence_peak_bytes;
     std::optional<std::int64_t> fence_refusals;
   } memory;

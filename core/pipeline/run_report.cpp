@@ -41,6 +41,7 @@ Json memory_json(const RunFigures::Memory& memory) {
            {{"capture", or_null(memory.capture_heap_calls)},
             {"front", or_null(memory.front_heap_calls)},
             {"publish", or_null(memory.publish_heap_calls)}}},
+          {"camera_library_heap_calls", or_null(memory.camera_library_heap_calls)},
           {"fence_peak_bytes", or_null(memory.fence_peak_bytes)},
           {"fence_refusals", or_null(memory.fence_refusals)}};
 }

@@ -8,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/base/heap_watch.hpp"
 #include "core/base/steady_time.hpp"
 #include "drivers/device_clock.hpp"
 #include "drivers/openni2/camera.hpp"
@@ -47,6 +48,8 @@ class OpenNi2Source final : public FrameSource {
   [[nodiscard]] ReadStatus take_image(std::int64_t deadline_ns);
   [[nodiscard]] ReadStatus nothing_came();
   void keep(int stream, openni::VideoFrameRef* image);
+  void drop_color();
+  void drop_depth();
   [[nodiscard]] bool is_complete() const;
   [[nodiscard]] ReadStatus deliver(bool with_color, RawFrame* frame);
   [[nodiscard]] bool stamp(RawFrame* frame);
@@ -82,7 +85,7 @@ ReadStatus OpenNi2Source::read(RawFrame& frame, int timeout_ms) {
       case PairStep::kAlone:
         return deliver(false, &frame);
       case PairStep::kDropColor:
-        color_.release();
+        drop_color();
         continue;
       case PairStep::kWait:
         break;
@@ -109,7 +112,8 @@ bool OpenNi2Source::is_complete() const {
          last_color_index_ >= camera_->color().frames;
 }
 
-// Waits for one more image of either stream.
+// Waits for one more image of either stream. OpenNI2 takes memory for each image that it hands out or gets
+// back, and has no way around it.
 ReadStatus OpenNi2Source::take_image(std::int64_t deadline_ns) {
   if (is_complete()) return ReadStatus::kEnd;
   openni::VideoStream* streams[] = {&camera_->depth().video, &camera_->color().video};
@@ -117,6 +121,7 @@ ReadStatus OpenNi2Source::take_image(std::int64_t deadline_ns) {
   const auto wait_ms = static_cast<int>(
       std::max<std::int64_t>(0, (deadline_ns - steady_now_ns() + kMillisecond - 1) / kMillisecond));
   int ready = -1;
+  const HeapPardon openni2_only;
   const openni::Status status = openni::OpenNI::waitForAnyStream(streams, count, &ready, wait_ms);
   if (status == openni::STATUS_TIME_OUT) return nothing_came();
   openni::VideoFrameRef image;
@@ -160,6 +165,19 @@ void OpenNi2Source::keep(int stream, openni::VideoFrameRef* image) {
   }
 }
 
+void OpenNi2Source::drop_color() {
+  const HeapPardon openni2_only;
+  color_.release();
+}
+
+// The next one takes its place.
+void OpenNi2Source::drop_depth() {
+  const HeapPardon openni2_only;
+  depth_ = next_depth_;
+  arrived_ns_ = next_arrived_ns_;
+  next_depth_.release();
+}
+
 ReadStatus OpenNi2Source::deliver(bool with_color, RawFrame* frame) {
   const SourceInfo& info = camera_->info();
   frame->sequence = depth_.getFrameIndex();
@@ -181,10 +199,8 @@ ReadStatus OpenNi2Source::deliver(bool with_color, RawFrame* frame) {
   if (whole && camera_->has_color() && frame->color.empty()) {
     say("depth image %d has no colour image within half a frame of it", depth_.getFrameIndex());
   }
-  if (with_color) color_.release();
-  depth_ = next_depth_;
-  arrived_ns_ = next_arrived_ns_;
-  next_depth_.release();
+  if (with_color) drop_color();
+  drop_depth();
   return whole ? ReadStatus::kFrame : ReadStatus::kBad;
 }
 

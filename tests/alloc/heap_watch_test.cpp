@@ -63,6 +63,24 @@ TEST(HeapSeal, SeesWhatALibraryHides) {
             0);
 }
 
+TEST(HeapSeal, WhatALibraryIsPardonedIsCountedApart) {
+  Calls calls{0}, pardoned{0};
+  {
+    const HeapSeal seal(&calls, HeapMode::kCount, &pardoned);
+    keep(std::make_unique<int>(1).get());
+    const HeapPardon library;
+    keep(std::make_unique<int>(2).get());
+    keep(std::make_unique<int>(3).get());
+  }
+  EXPECT_EQ(calls, 2);
+  EXPECT_EQ(pardoned, 4);
+}
+
+TEST(HeapSeal, ThePardonEndsWithItsScope) {
+  { const HeapPardon library; }
+  EXPECT_EQ(calls_of([] { keep(std::malloc(0)); }), 1);
+}
+
 TEST(HeapSeal, OtherThreadsAreFree) {
   std::atomic<int> step{0};
   std::thread other([&] {

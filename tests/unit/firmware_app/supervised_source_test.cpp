@@ -16,7 +16,7 @@ using test::Cable;
 using test::FakeCamera;
 using ::testing::HasSubstr;
 
-constexpr int kTimeout_ms = 5;
+constexpr int kTimeout_ms = 5, kWellIntoTheWait_ms = 50;
 constexpr std::int64_t kLimit_ns = 60'000'000'000;  // far longer than any of these tests takes
 
 class SupervisedSourceTest : public ::testing::Test {
@@ -163,6 +163,9 @@ TEST_F(SupervisedSourceTest, EndsWhileItWaitsForTheNextTry) {
   options_.retry_first_ms = options_.retry_max_ms = 1e6;
   open(0, 0);
   ASSERT_EQ(source_->read(frame_, kTimeout_ms), ReadStatus::kTimeout);
+  const std::int64_t until = steady_now_ns() + kLimit_ns;
+  while (cable_.alive > 0) ASSERT_LT(steady_now_ns(), until);  // the lost one is closed just before the wait
+  (void)source_->read(frame_, kWellIntoTheWait_ms);
   EXPECT_TRUE(source_->end(60'000));
 }
 
