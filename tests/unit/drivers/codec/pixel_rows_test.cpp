@@ -43,7 +43,8 @@ TEST_P(YuvRows, FollowTheStandardWithinTwoSteps) {
       }
 }
 
-INSTANTIATE_TEST_SUITE_P(Both, YuvRows, ::testing::Values(YuvRange::kLimited, YuvRange::kFull));
+INSTANTIATE_TEST_SUITE_P(Both, YuvRows, ::testing::Values(YuvRange::kLimited, YuvRange::kFull),
+                         [](const auto& test) { return test.param == YuvRange::kFull ? "Full" : "Limited"; });
 
 TEST(PixelRows, PairsShareTheirChromaAndAnOddWidthEndsInHalfAPair) {
   const std::uint8_t yuyv[8] = {10, 100, 20, 150, 30, 200, 40, 50}, luma[3] = {10, 20, 30},

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <ostream>
 
 #include "drivers/synth/builtin_scenes.hpp"
 #include "drivers/synth/synth_sequence.hpp"
@@ -17,6 +18,7 @@ struct Promise {
   std::size_t least_frames, most_frames;
   double most_speed_mps, most_turn_dps;
 };
+void PrintTo(const Promise& promise, std::ostream* out) { *out << promise.name; }
 
 class BuiltinScenes : public ::testing::TestWithParam<Promise> {
  protected:
