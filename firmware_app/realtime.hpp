@@ -32,6 +32,10 @@ struct RealtimeRights {
 inline constexpr std::size_t kStackBytes = std::size_t{1} << 20;
 void limit_stacks();
 
+/// Reads the program's own code (not its libraries') once: what is used only later, as that of the back
+/// thread's solves, is resident from the start.
+void load_program_code();
+
 /// Makes the heap's first `bytes` resident and keeps them: later calls are served from them without a page
 /// fault, and the heap gives nothing back to the system. All threads share one heap from then on. Call before
 /// any thread starts.

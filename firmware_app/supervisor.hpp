@@ -3,7 +3,6 @@
 // the person, the service manager and, once a second, all subscribers how the run feels. Touches none of the
 // others' locks, because there are none. Allocates.
 #pragma once
-#include <array>
 #include <vector>
 
 #include "core/fragment/fragment_store.hpp"
@@ -20,8 +19,6 @@
 #include "firmware_app/watched_source.hpp"
 
 namespace loopsift {
-
-using ThreadMonitors = std::array<ThreadMonitor, kThreadCount>;  ///< by ThreadRole
 
 /// The store's pools; the first one's `refused` counts for all, since a fragment is refused as a whole. Any
 /// thread.

@@ -8,6 +8,7 @@
 //
 // A null monitor is allowed in both and means that nobody watches.
 #pragma once
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <optional>
@@ -76,6 +77,8 @@ class ThreadTenure {
   ThreadMonitor* monitor_;
   std::optional<HeapSeal> seal_;
 };
+
+using ThreadMonitors = std::array<ThreadMonitor, kThreadCount>;  ///< by ThreadRole
 
 /// One piece of work with a deadline.
 class WorkSpan {

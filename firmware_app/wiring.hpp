@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The only place where the parts meet. In: settings. Out: a run from the source's first frame to the written
+// From settings to a run. In: settings. Out: a run from the source's first frame to the written
 // results. Thread: main; starts and joins all others.
 #pragma once
 #include <optional>

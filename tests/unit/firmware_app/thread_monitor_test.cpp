@@ -4,7 +4,12 @@
 #include <gtest/gtest.h>
 #include <pthread.h>
 #include <sched.h>
+#include <unistd.h>
 
+#include <array>
+#include <fstream>
+#include <sstream>
+#include <string>
 #include <thread>
 
 #include "core/base/semaphore.hpp"
@@ -111,6 +116,31 @@ TEST(Realtime, WhatIsDeniedIsSaidOnce) {
 }
 
 TEST(Realtime, KnowsWhatIsResident) { EXPECT_GT(resident_bytes(), 1 << 20); }
+
+/// {resident, mapped} KiB of this program's code.
+std::array<long, 2> code_kib() {
+  std::array<char, 4096> path{};
+  EXPECT_GT(readlink("/proc/self/exe", path.data(), path.size() - 1), 0);
+  std::ifstream maps("/proc/self/smaps");
+  std::array<long, 2> kib{};
+  bool code = false;
+  for (std::string line; std::getline(maps, line);) {
+    std::istringstream words(line);
+    std::string name, second;
+    words >> name >> second;
+    if (name.back() != ':') code = second == "r-xp" && line.find(path.data()) != std::string::npos;
+    if (code && name == "Rss:") kib[0] += std::stol(second);
+    if (code && name == "Size:") kib[1] += std::stol(second);
+  }
+  return kib;
+}
+
+TEST(Realtime, AllOfTheProgramsCodeIsThereOnceItIsLoaded) {
+  load_program_code();
+  const auto [resident, mapped] = code_kib();
+  EXPECT_GT(mapped, 0);
+  EXPECT_EQ(resident, mapped);
+}
 
 }  // namespace
 }  // namespace loopsift
