@@ -2,6 +2,7 @@
 #include "firmware_app/publisher_graph.hpp"
 
 #include <algorithm>
+#include <vector>
 
 #include "firmware_app/publisher_messages.hpp"
 
@@ -21,7 +22,7 @@ std::array<GraphSnapshot, 3> carve(const GraphLimits& limits, Arena& arena) {
   return slots;
 }
 
-void fill_place(graph_fragment_t* out, const Fragment& fragment, const Se3& T_map_fragment) {
+void fill_place(graph_fragment_t* out, const Fragment& fragment, const Se3& T_map_fragment, bool anchored) {
   const Se3 T = exactly_in_body_axes(T_map_fragment);
   out->first_frame_ns = fragment.frames.empty() ? 0 : fragment.frames[0].timestamp_ns;
   out->surfel_count = static_cast<std::int32_t>(fragment.surfels.size());
@@ -29,6 +30,7 @@ void fill_place(graph_fragment_t* out, const Fragment& fragment, const Se3& T_ma
     for (int col = 0; col < 3; ++col) out->R[3 * row + col] = T.rotation()(row, col);
     out->t[row] = T.translation()[row];
   }
+  out->anchored = anchored;
 }
 
 void fill_node(graph_node_t* out, const Node& node, const Se3& T_map_node) {
@@ -77,14 +79,19 @@ void GraphExchange::put(const PoseGraph& graph, Span<const Fragment> fragments,
   GraphSnapshot& slot = buffer_.writable();
   const std::size_t places = std::min({fragments.size(), T_map_fragment.size(), slot.fragments.size()});
   const std::size_t nodes = std::min(graph.nodes.size(), slot.nodes.size());
-  for (std::size_t f = 0; f < places; ++f) fill_place(&slot.fragments[f], fragments[f], T_map_fragment[f]);
+  const std::vector<bool> known = anchored_fragments(graph);
+  bool anchored = true;
+  for (std::size_t f = 0; f < places; ++f) {
+    anchored = f < known.size() ? known[f] : anchored && fragments[f].joined_to_previous;
+    fill_place(&slot.fragments[f], fragments[f], T_map_fragment[f], anchored);
+  }
   for (std::size_t n = 0; n < nodes; ++n) fill_node(&slot.nodes[n], graph.nodes[n], graph.T_map_node[n]);
   std::size_t edges = 0;
   std::int64_t left_out = 0;
   for (const std::vector<Edge>* list : {&graph.odometry, &graph.loops}) {
     for (const Edge& edge : *list) {
-      const bool known = edge.a < static_cast<int>(nodes) && edge.b < static_cast<int>(nodes);
-      if (known && edges < slot.edges.size()) {
+      const bool has_nodes = edge.a < static_cast<int>(nodes) && edge.b < static_cast<int>(nodes);
+      if (has_nodes && edges < slot.edges.size()) {
         fill_edge(&slot.edges[edges++], edge);
       } else {
         ++left_out;

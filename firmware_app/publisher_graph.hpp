@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The newest pose graph on its way from the back thread to the publish thread, as the structs that its
 // messages are made of. Capacity: GraphLimits, three times over; nodes and edges past it are left out and
-// counted (loop edges come last, so they go first). Never allocates after construction.
+// counted (loop edges come last, so they go first). Only put() allocates after construction.
 #pragma once
 #include <atomic>
 #include <cstdint>
@@ -34,7 +34,8 @@ class GraphExchange {
  public:
   GraphExchange(const GraphLimits& limits, Arena& arena);
 
-  /// Back thread. T_map_fragment has one pose for each of `fragments`; the graph may hold fewer.
+  /// Back thread. T_map_fragment has one pose for each of `fragments`; the graph may hold fewer: the others
+  /// are anchored if the one before is, and tracking was not lost in between. Allocates.
   void put(const PoseGraph& graph, Span<const Fragment> fragments, Span<const Se3> T_map_fragment,
            std::int64_t timestamp_ns, std::int32_t epoch);
 

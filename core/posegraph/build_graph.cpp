@@ -52,6 +52,15 @@ bool joined(const PoseGraph& graph, int a, int b) {
   return part[static_cast<std::size_t>(a)] == part[static_cast<std::size_t>(b)];
 }
 
+std::vector<bool> anchored_fragments(const PoseGraph& graph) {
+  std::vector<int> part(graph.T_map_node.size());
+  find_parts(graph, part);
+  std::vector<bool> anchored;
+  for (int f = 0; f < graph.fragment_count(); ++f)
+    anchored.push_back(part[static_cast<std::size_t>(graph.first_node[static_cast<std::size_t>(f)])] == 0);
+  return anchored;
+}
+
 void append_fragment(const Fragment* previous, const Fragment& fragment, int keyframes, PoseGraph* graph) {
   assert((previous == nullptr) == graph->nodes.empty());
   if (previous == nullptr) graph->first_node.assign(1, 0);

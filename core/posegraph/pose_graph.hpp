@@ -55,6 +55,9 @@ void append_fragment(const Fragment* previous, const Fragment& fragment, int key
 /// Whether a way of edges, of the odometry or of loops, leads from node a to node b. Allocates.
 [[nodiscard]] bool joined(const PoseGraph& graph, int a, int b);
 
+/// For each fragment whether a way of edges leads from it to the first one. Allocates.
+[[nodiscard]] std::vector<bool> anchored_fragments(const PoseGraph& graph);
+
 /// Fragment loop → frame loops (paper): the reference node of i to every node of j and the reference of j to
 /// every node of i, each composed from T_i_j and the poses inside the fragments. The loop's information is
 /// carried to each edge's frame by the adjoint and divided by their number, so that together they claim what

@@ -99,8 +99,10 @@ class Subscriber:
         return bool(self.graph) and all(whole(f) for f in range(len(self.graph["fragments"])))
 
     def surfels(self):
-        """(x, y, z, red, green, blue) of each surfel in map."""
+        """(x, y, z, red, green, blue) of each surfel in map. Pieces that no loop has joined to the map are left out."""
         for f, place in enumerate(self.graph.get("fragments", [])):
+            if not place.anchored:
+                continue
             R, t = place.R, place.t
             for _, c in sorted(self.fragments.get(f, {}).items()):
                 for i in range(c.n):

@@ -8,6 +8,7 @@
 
 #include <bot_core/pose_t.hpp>
 #include <cmath>
+#include <loopsift/graph_t.hpp>
 #include <loopsift/health_t.hpp>
 #include <loopsift/pose_t.hpp>
 #include <map>
@@ -16,6 +17,7 @@
 #include <vector>
 
 #include "core/geometry/trajectory.hpp"
+#include "loopsift/client/map.hpp"
 #include "tests/support/program.hpp"
 #include "tools/evaluation/trajectory_error.hpp"
 
@@ -39,11 +41,13 @@ class Lost : public ::testing::Test {
     truth_ = *truth;
     ASSERT_GT(truth_.poses.size(), kFoundAgain);
     ASSERT_TRUE(write_trajectory_tum(path("odometry.txt"), broken_odometry()).ok());
+  }
+  void run(const std::string& setting) {
     const Outcome ran =
         test::run_program({LOOPSIFT_PROGRAM, "--source", std::string("synth:") + kScene, "--odometry",
                            "file:" + path("odometry.txt"), "--rate", "max", "--out", path("out"), "--set",
                            "lcm.url=file://" + path("bus.log") + "?mode=w", "--set", "memory.cap_mib=100000",
-                           "--set", "frame.reduction=1", "--set", "fragment.view_step=4"});
+                           "--set", "frame.reduction=1", "--set", setting});
     ASSERT_EQ(ran.exit_code, 0) << ran.output;
     ASSERT_THAT(ran.output, ::testing::HasSubstr("starts a new piece of the map"));
     read_bus();
@@ -72,6 +76,7 @@ class Lost : public ::testing::Test {
       if (channel == "POSE_ODOM") take<bot_core::pose_t>(*event, &pose_odom_);
       if (channel == "LOOPSIFT_POSE") take<pose_t>(*event, &full_);
       if (channel == "LOOPSIFT_HEALTH") take<health_t>(*event, &health_);
+      if (channel == "LOOPSIFT_GRAPH") take_graph(*event);
       lcm_eventlog_free_event(event);
     }
     lcm_eventlog_destroy(log);
@@ -81,6 +86,23 @@ class Lost : public ::testing::Test {
     Message message{};
     ASSERT_EQ(message.decode(event.data, 0, event.datalen), event.datalen);
     (*messages)[message.utime] = message;
+  }
+  /// Counts, of each graph that is whole, the fragments of the new piece that are in the map and those that
+  /// are not.
+  void take_graph(const lcm_eventlog_event_t& event) {
+    graph_t message{};
+    ASSERT_EQ(message.decode(event.data, 0, event.datalen), event.datalen);
+    const std::int32_t version = map_.graph().version;
+    ASSERT_TRUE(map_.add(message));
+    if (map_.graph().version == version) return;
+    pieces_.push_back({});
+    for (const graph_fragment_t& fragment : map_.graph().fragments) {
+      if (static_cast<double>(fragment.first_frame_ns) * 1e-9 < kFoundAgain_s - 0.01) {
+        EXPECT_TRUE(fragment.anchored) << "in version " << message.version;
+      } else {
+        ++(fragment.anchored ? pieces_.back().in_the_map : pieces_.back().outside);
+      }
+    }
   }
   /// Of a corrected pose, in metres, from where the camera truly was.
   [[nodiscard]] double error_m(const pose_t& pose) const {
@@ -115,9 +137,22 @@ class Lost : public ::testing::Test {
   std::map<std::int64_t, bot_core::pose_t> pose_, pose_odom_;  // by utime
   std::map<std::int64_t, pose_t> full_;
   std::map<std::int64_t, health_t> health_;
+  client::Map map_;
+  struct NewPiece {
+    int in_the_map = 0, outside = 0;  // fragments
+  };
+  std::vector<NewPiece> pieces_;  // in each version of the graph
 };
 
+TEST_F(Lost, TheNewPieceIsNotInTheMapWhileNoLoopJoinsIt) {
+  run("proposal.enabled=false");
+  ASSERT_FALSE(pieces_.empty());
+  EXPECT_GT(pieces_.back().outside, 0);
+  for (const NewPiece& piece : pieces_) EXPECT_EQ(piece.in_the_map, 0);
+}
+
 TEST_F(Lost, TheNewPieceIsNotPublishedInTheMapUntilALoopJoinsItAndIsRightThen) {
+  run("fragment.view_step=4");
   const nlohmann::json figures = nlohmann::json::parse(test::read_file(path("out/run.json")));
   EXPECT_EQ(figures["frames"]["lost"], kFoundAgain - kLost);
   int not_known = 0, joined_again = 0;
@@ -138,6 +173,9 @@ TEST_F(Lost, TheNewPieceIsNotPublishedInTheMapUntilALoopJoinsItAndIsRightThen) {
   EXPECT_LT(worst_m, 0.2);
   EXPECT_LT(error_after_m("out/trajectory.txt"), 0.05);
   EXPECT_GT(error_after_m("out/trajectory_odometry.txt"), 0.3) << "nobody saw the motion in between";
+  ASSERT_FALSE(pieces_.empty());
+  for (const NewPiece& piece : pieces_) EXPECT_TRUE(piece.in_the_map == 0 || piece.outside == 0);
+  EXPECT_GT(pieces_.back().in_the_map, 0);
   for (const auto& [utime, health] : health_) {
     if (health.frames_lost == 0) continue;
     EXPECT_EQ(health.lost_reason, health_t::NO_POSE) << "at " << utime << " us";

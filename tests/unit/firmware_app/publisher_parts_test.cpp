@@ -120,6 +120,31 @@ TEST(GraphExchange, CarriesTheGraphInChunksThatHoldEveryElementOnce) {
   EXPECT_EQ(edges, static_cast<int>(world.graph.odometry.size()));
 }
 
+TEST(GraphExchange, SaysWhichFragmentsNoLoopHasJoinedToTheMapYet) {
+  PoseGraph graph;
+  graph.nodes.resize(2);
+  graph.T_map_node.resize(2);
+  graph.first_node = {0, 1, 2};
+  std::vector<Fragment> fragments(4);  // the last two are not in the graph yet
+  fragments[1].joined_to_previous = false;
+  const std::vector<Se3> poses(4);
+  const auto anchored = [&] {
+    const test::InArena<Exchange> exchange;
+    exchange->graph.put(graph, fragments, poses, 0, 0);
+    EXPECT_TRUE(exchange->graph.update());
+    graph_t message;
+    fill(&message, exchange->graph.newest(), 0);
+    std::vector<int> all;
+    for (int f = 0; f < message.n_fragments; ++f) all.push_back(message.fragments[f].anchored);
+    return all;
+  };
+  EXPECT_EQ(anchored(), (std::vector<int>{1, 0, 0, 0})) << "what comes next is of the same piece";
+  graph.loops.push_back({0, 1, Se3(), Matrix6d::Identity(), LoopId{5}});
+  EXPECT_EQ(anchored(), (std::vector<int>{1, 1, 1, 1}));
+  fragments[3].joined_to_previous = false;
+  EXPECT_EQ(anchored(), (std::vector<int>{1, 1, 1, 0})) << "lost again";
+}
+
 TEST(GraphExchange, WhatDoesNotFitIsLeftOutAndCounted) {
   test::RandomGraph world({});
   const Edge odometry = world.graph.odometry[0];

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <vector>
 
 #include "loopsift/client/map_ply.hpp"
 #include "tests/support/program.hpp"
@@ -33,6 +34,22 @@ TEST(Map, ComesTogetherInAnyOrder) {
     ++count;
   });
   EXPECT_EQ(count, 900);
+}
+
+TEST(Map, LeavesOutPiecesThatNoLoopHasJoinedToItYet) {
+  Map map;
+  for (std::int32_t f = 0; f < 3; ++f) ASSERT_TRUE(map.add(fragment_message(f, 10, 0)));
+  graph_t graph = graph_message(1, 3, 10, 0);
+  graph.fragments[1].anchored = false;
+  ASSERT_TRUE(map.add(graph));
+  EXPECT_TRUE(map.complete());
+  std::vector<int> joined(3), all(3);
+  map.for_each_surfel(
+      [&](const Surfel&, std::int32_t fragment) { ++joined[static_cast<std::size_t>(fragment)]; });
+  map.for_each_surfel_of_all_pieces(
+      [&](const Surfel&, std::int32_t fragment) { ++all[static_cast<std::size_t>(fragment)]; });
+  EXPECT_EQ(joined, (std::vector<int>{10, 0, 10}));
+  EXPECT_EQ(all, (std::vector<int>{10, 10, 10}));
 }
 
 TEST(Map, ANewerGraphMovesTheFragmentsOnceItIsWhole) {

@@ -92,6 +92,7 @@ inline graph_t graph_message(std::int32_t version, std::int32_t fragments, std::
     place.R[3] = 1;
     place.R[8] = 1;
     place.t[0] = chunk * kPerChunk + k;
+    place.anchored = true;
   }
   return m;
 }

@@ -84,9 +84,16 @@ class Map {
   [[nodiscard]] bool complete() const;
   [[nodiscard]] std::int64_t chunks_received() const { return chunks_received_; }
   /// The surfels that are here, fragment by fragment, in the order of map.ply, each as visit(surfel,
-  /// fragment).
+  /// fragment). Without those of pieces that no loop has joined to the map yet: nobody knows where they lie.
   template <class Visitor>
-  void for_each_surfel(Visitor visit) const;
+  void for_each_surfel(Visitor visit) const {
+    visit_surfels(visit, [](const graph_fragment_t& place) { return place.anchored != 0; });
+  }
+  /// With them, where the odometry puts them: all that map.ply has.
+  template <class Visitor>
+  void for_each_surfel_of_all_pieces(Visitor visit) const {
+    visit_surfels(visit, [](const graph_fragment_t&) { return true; });
+  }
 
   /// What is missing, as the objects of a RESEND command from `first_object` on: the newest graph, then the
   /// surfels of the fragments in graph(). Returns how many objects it set, at most 32.
@@ -110,6 +117,8 @@ class Map {
   static bool makes_sense(const graph_t& message);
   static bool want(std::int32_t object, std::int32_t chunk, command_t* command);
   void assemble_graph();
+  template <class Visitor, class Choice>
+  void visit_surfels(Visitor& visit, Choice wanted) const;
 
   Graph graph_;
   GraphParts parts_;  // of the newest version that was heard of
@@ -212,11 +221,13 @@ inline bool Map::complete() const {
   return true;
 }
 
-template <class Visitor>
-void Map::for_each_surfel(Visitor visit) const {
+template <class Visitor, class Choice>
+void Map::visit_surfels(Visitor& visit, Choice wanted) const {
   for (const auto& [number, fragment] : fragments_) {
     if (static_cast<std::size_t>(number) >= graph_.fragments.size()) break;
-    const Placement place(graph_.fragments[static_cast<std::size_t>(number)]);
+    const graph_fragment_t& lies = graph_.fragments[static_cast<std::size_t>(number)];
+    if (!wanted(lies)) continue;
+    const Placement place(lies);
     for (const auto& chunk : fragment.chunks)
       for (int i = 0; chunk && i < chunk->n; ++i) visit(place.surfel(*chunk, i), number);
   }

@@ -15,7 +15,7 @@ namespace loopsift::client {
 [[nodiscard]] inline bool write_ply(const std::string& path, const Map& map) {
   std::vector<std::size_t> counts(map.graph().fragments.size());
   std::vector<unsigned char> body;
-  map.for_each_surfel([&](const Surfel& s, std::int32_t fragment) {
+  map.for_each_surfel_of_all_pieces([&](const Surfel& s, std::int32_t fragment) {
     ++counts[static_cast<std::size_t>(fragment)];
     const float geometry[6] = {-s.y, -s.z, s.x, -s.ny, -s.nz, s.nx};
     const unsigned char color[3] = {s.red, s.green, s.blue};

@@ -212,5 +212,18 @@ TEST(Joined, FollowsEdgesOfBothKindsEachWay) {
   EXPECT_TRUE(joined(graph, 3, 2));
 }
 
+TEST(AnchoredFragments, AreThoseThatEdgesLeadToFromTheFirst) {
+  PoseGraph graph;
+  EXPECT_TRUE(anchored_fragments(graph).empty());
+  graph.nodes.resize(6);
+  graph.T_map_node.resize(6);
+  graph.first_node = {0, 2, 4, 6};
+  const auto edge = [](int a, int b) { return Edge{a, b, Se3(), Matrix6d::Identity(), LoopId{}}; };
+  graph.odometry = {edge(0, 1), edge(2, 3), edge(4, 5)};  // lost after each fragment
+  EXPECT_EQ(anchored_fragments(graph), (std::vector<bool>{true, false, false}));
+  graph.loops = {edge(1, 4)};
+  EXPECT_EQ(anchored_fragments(graph), (std::vector<bool>{true, false, true}));
+}
+
 }  // namespace
 }  // namespace loopsift
