@@ -129,8 +129,8 @@ def map_pictures(run, size=860):
         if moved is not None:
             states.insert(0, MapState("before", moved, run.odometry, up, ceiling, residual.get("before")))
     before = states[0] if len(states) == 2 else None
-    top = TopView(np.concatenate([s.surfels.points for s in states] + [s.trajectory[:, 1:4] for s in states]),
-                  surfels.normals, up, size)
+    top = TopView(np.concatenate([s.surfels.points for s in states]),
+                  np.concatenate([s.trajectory[:, 1:4] for s in states]), surfels.normals, up, size)
     views = [{"title": "From above", "width": top.width, "height": top.height,
               "states": [{"name": s.name, "pictures": s.draw(top, True), "path": path_in(top, s.trajectory[:, 1:4])}
                          for s in states]}]

@@ -146,16 +146,18 @@ def light(normals, to_camera, up):
 
 
 class TopView:
-    """From above, orthographic, walls along the picture's edges. Its frame holds `extent` (points); the longer side is
-    `size` pixels."""
+    """From above, orthographic, walls along the picture's edges. Its frame holds the `points` but for a few strays, and
+    all of `path` (points; may be empty); the longer side is `size` pixels."""
 
-    def __init__(self, extent, normals, up, size):
+    def __init__(self, points, path, normals, up, size):
         self.up, self.axes = up, camera_axes(-up, up[[1, 2, 0]])
         wall = normals[np.abs(normals @ up) < 0.2] @ self.axes[:2].T
         turn = np.angle(np.sum((wall[:, 0] + 1j * wall[:, 1]) ** 4)) / 4 if len(wall) else 0.0
         right = np.cos(turn) * self.axes[0] + np.sin(turn) * self.axes[1]
         self.axes = np.stack([right, np.cross(self.axes[2], right), self.axes[2]])
-        low, high = (np.percentile(extent @ self.axes.T, q, axis=0)[:2] for q in (0.2, 99.8))
+        ends = np.percentile((points @ self.axes.T)[:, :2], (0.2, 99.8), axis=0)
+        ends = np.concatenate([ends, (path @ self.axes.T)[:, :2]])
+        low, high = ends.min(axis=0), ends.max(axis=0)
         span = high - low
         if span[1] > span[0]:  # the longer side across
             self.axes = np.stack([-self.axes[1], self.axes[0], self.axes[2]])

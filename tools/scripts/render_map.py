@@ -81,8 +81,8 @@ def main():
     height = surfels.points @ up
     keep = height <= np.percentile(height, 99.8) - arguments.cut if arguments.cut > 0 else np.ones(len(height), bool)
     path = np.loadtxt(arguments.trajectory, usecols=(1, 2, 3), ndmin=2) if arguments.trajectory else None
-    extent = surfels.points if path is None else np.concatenate([surfels.points, path])
-    views = {"top": TopView(extent, surfels.normals, up, arguments.size),
+    shown = np.empty((0, 3)) if path is None else path
+    views = {"top": TopView(surfels.points, shown, surfels.normals, up, arguments.size),
              "view": corner_view(surfels.points[keep], up, arguments.size, arguments.turn_deg, arguments.tilt)}
     for name, view in views.items():
         file = f"{arguments.out}_{name}.png"
