@@ -5,6 +5,7 @@
 #include <sched.h>
 #include <sys/mount.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <stdexcept>
@@ -16,6 +17,7 @@ namespace loopsift::test {
 namespace {
 
 constexpr const char* kSettings = "/etc/openni2/OpenNI.ini";
+constexpr std::uint16_t kNoDepthInRecordings = 65535;
 
 class FilmWriter {
  public:
@@ -78,6 +80,8 @@ int write_film(FrameSource& source, int frames, const std::string& path) {
   FilmWriter film(path, info.camera.width, info.camera.height, info.color_width != 0);
   int written = 0;
   while (written < frames && source.read(buffers.frame, 1000) == ReadStatus::kFrame) {
+    const ImageView<std::uint16_t>& depth = buffers.frame.depth;
+    std::replace(depth.data, depth.data + depth.size(), kNoDepthInRecordings, std::uint16_t{0});
     film.add(buffers.frame.timestamp_ns / 1000, buffers.frame.depth.data, buffers.frame.color.data);
     ++written;
   }

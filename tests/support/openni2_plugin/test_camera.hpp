@@ -13,7 +13,8 @@
 namespace loopsift::test {
 
 /// Writes the next `frames` frames of a source as a film for the camera; fewer where it ends. All have
-/// colour when the source has. Returns how many were written.
+/// colour when the source has. A pixel without depth is 0, as OpenNI2 has it, also where the source says
+/// 65535. Returns how many were written.
 int write_film(FrameSource& source, int frames, const std::string& path);
 /// The images that make_depth() and make_color() draw for the seeds 0, 1, …, at 30 Hz from `first_us` on.
 void write_drawn_film(const std::string& path, int frames, int width, int height, bool with_color = true,
