@@ -16,6 +16,7 @@ CHANNELS = {"LOOPSIFT_POSE": "pose_t", "LOOPSIFT_CORRECTION": "correction_t", "L
             "LOOPSIFT_ACK": "ack_t"}
 SAVE, PAUSE, RESUME, RESEND, FINISH = 1, 2, 3, 4, 5
 GRAPH, LOOPS, STATE = -1, -2, -3
+SURFELS, ELEMENTS = 36, 2  # in a chunk: fragment_t.SURFELS_PER_CHUNK, graph_t.ELEMENTS_PER_CHUNK
 WINDOW = 256  # chunks in one object of a RESEND
 OBJECTS = 32  # of a RESEND
 
@@ -42,6 +43,12 @@ def interpolate(a, b, s):
 
 def is_transform(T):
     return all(math.isfinite(v) for v in (*T.trans, *T.quat)) and abs(sum(q * q for q in T.quat) - 1) < 1e-3
+
+
+def windows(number, chunks):
+    """Chunks of an object as what a RESEND asks for: (object, first chunk, bits)."""
+    firsts = sorted({k // WINDOW * WINDOW for k in chunks})
+    return [(number, first, {k - first for k in chunks if first <= k < first + WINDOW}) for first in firsts]
 
 
 class Subscriber:
@@ -130,11 +137,10 @@ class Subscriber:
         if version < newest:
             wanted.append((GRAPH, 0, set(range(WINDOW))))
         elif parts and len(parts) < next(iter(parts.values())).chunk_count:
-            wanted.append((GRAPH, 0, set(range(next(iter(parts.values())).chunk_count)) - set(parts)))
+            wanted += windows(GRAPH, set(range(next(iter(parts.values())).chunk_count)) - set(parts))
         for f, place in enumerate(self.graph.get("fragments", [])):
-            missing = set(range(max(1, -(-place.surfel_count // 200)))) - set(self.fragments.get(f, {}))
-            for first in sorted({k // WINDOW * WINDOW for k in missing}):
-                wanted.append((f, first, {k - first for k in missing if first <= k < first + WINDOW}))
+            chunks = max(1, -(-place.surfel_count // SURFELS))
+            wanted += windows(f, set(range(chunks)) - set(self.fragments.get(f, {})))
         return wanted
 
     def send(self, command, wanted=()):
@@ -181,14 +187,14 @@ class Subscriber:
             self.answers[m.number] = m
 
     def _take_fragment_t(self, m):
-        numbers = (*m.x[:m.n], *m.y[:m.n], *m.z[:m.n]) if 0 <= m.n <= 200 else (math.nan,)
+        numbers = (*m.x[:m.n], *m.y[:m.n], *m.z[:m.n]) if 0 <= m.n <= SURFELS else (math.nan,)
         self._check(m.fragment >= 0 and 0 <= m.chunk < m.chunk_count and all(map(math.isfinite, numbers)), m.run)
         self.map_came = time.monotonic()
         self.fragments.setdefault(m.fragment, {})[m.chunk] = m
 
     def _take_graph_t(self, m):
         self._check(m.version > 0 and 0 <= m.chunk < m.chunk_count and m.version >= self.parts[0] and
-                    all(0 <= n <= 16 for n in (m.n_fragments, m.n_nodes, m.n_edges)), m.run)
+                    all(0 <= n <= ELEMENTS for n in (m.n_fragments, m.n_nodes, m.n_edges)), m.run)
         self.map_came = time.monotonic()
         if m.version > self.parts[0]:
             self.parts = (m.version, {})

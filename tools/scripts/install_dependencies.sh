@@ -16,7 +16,7 @@ packages=(
   # tests, benchmarks and checks
   libgtest-dev libgmock-dev libbenchmark-dev
   clang-14 clang-format clang-tidy libomp-14-dev libclang-rt-14-dev
-  iproute2 util-linux
+  iproute2 nftables util-linux
   # pictures of maps, reports
   python3 python3-numpy python3-pil python3-matplotlib
 )

@@ -132,10 +132,12 @@ TEST(GraphExchange, SaysWhichFragmentsNoLoopHasJoinedToTheMapYet) {
     const test::InArena<Exchange> exchange;
     exchange->graph.put(graph, fragments, poses, 0, 0);
     EXPECT_TRUE(exchange->graph.update());
-    graph_t message;
-    fill(&message, exchange->graph.newest(), 0);
     std::vector<int> all;
-    for (int f = 0; f < message.n_fragments; ++f) all.push_back(message.fragments[f].anchored);
+    for (std::int32_t chunk = 0; chunk < exchange->graph.newest().chunk_count(); ++chunk) {
+      graph_t message;
+      fill(&message, exchange->graph.newest(), chunk);
+      for (int f = 0; f < message.n_fragments; ++f) all.push_back(message.fragments[f].anchored);
+    }
     return all;
   };
   EXPECT_EQ(anchored(), (std::vector<int>{1, 0, 0, 0})) << "what comes next is of the same piece";
@@ -155,6 +157,13 @@ TEST(GraphExchange, WhatDoesNotFitIsLeftOutAndCounted) {
   EXPECT_EQ(exchange->graph.newest().edge_count, 300);
   EXPECT_EQ(exchange->graph.figures().refused,
             static_cast<std::int64_t>(world.graph.odometry.size()) + 400 - 300);
+}
+
+// With the channel's name, LCM's header (8 bytes) and those of UDP and IP (28).
+TEST(Messages, OfTheMapFitInOnePacket) {
+  constexpr int kPacket = 1500, kHeaders = 36, kName = 64;
+  EXPECT_LE(fragment_t().getEncodedSize(), kPacket - kHeaders - kName);
+  EXPECT_LE(graph_t().getEncodedSize(), kPacket - kHeaders - kName);
 }
 
 TEST(Messages, ExactBodyAxesTurnBackToTheSameBits) {

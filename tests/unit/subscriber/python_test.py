@@ -9,7 +9,7 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "subscriber" / "python"))
-from loopsift_subscriber import Subscriber  # noqa: E402
+from loopsift_subscriber import ELEMENTS, SURFELS, Subscriber, windows  # noqa: E402
 from loopsift_types import Message, Types  # noqa: E402
 
 TYPES = Types(ROOT / "msgs")
@@ -51,6 +51,8 @@ class TypesTest(unittest.TestCase):
 
     def test_constants(self):
         self.assertEqual(TYPES.types["loopsift.command_t"].constants["GRAPH"], -1)
+        self.assertEqual(TYPES.types["loopsift.fragment_t"].constants["SURFELS_PER_CHUNK"], SURFELS)
+        self.assertEqual(TYPES.types["loopsift.graph_t"].constants["ELEMENTS_PER_CHUNK"], ELEMENTS)
 
     def test_nonsense_is_a_value_error(self):
         random.seed(2)
@@ -101,6 +103,10 @@ class SubscriberTest(unittest.TestCase):
         command = TYPES.decode("loopsift.command_t", payload)
         self.assertEqual(command.object[:3], (-3, -2, -1))
         self.assertEqual(command.chunks[2], b"\xff" * 32)
+
+    def test_asks_in_windows(self):
+        self.assertEqual(windows(7, {3, 255, 256, 600}), [(7, 0, {3, 255}), (7, 256, {0}), (7, 512, {88})])
+        self.assertEqual(windows(7, set()), [])
 
 
 if __name__ == "__main__":
