@@ -54,7 +54,8 @@ MapScorer::MapScorer(const PosteriorOptions& options, Arena& arena) : options_(o
   chunk_store_ =
       arena.carve<SurfelChunk>("posterior/chunks", fragments * chunks_for(options.max_discs_per_fragment));
   view_store_ = arena.carve<float>("posterior/views", views * kViewImages * pixels);
-  layer_store_ = arena.carve<float>("posterior/layers", 2 * pixels);
+  layer_store_ = arena.carve<float>(
+      "posterior/layers", (1 + 2 * static_cast<std::size_t>(options.max_views_per_fragment)) * pixels);
   if (arena.measuring()) return;
   fragments_.reserve(fragments);
   views_.reserve(views);
@@ -220,26 +221,48 @@ void MapScorer::affected_views(Span<const Se3> T_before, Span<const Se3> T_after
     if (affected_[views_[v].fragment.index()] != 0) views->push_back(static_cast<std::uint16_t>(v));
 }
 
-double MapScorer::compare_pair(FragmentId i, FragmentId j, const Se3& T_i_j_first,
-                               const Se3& T_i_j_second) const {
+void MapScorer::render_pair_view(const ScoredView& view, FragmentId i, FragmentId j, const Se3& T_i_j,
+                                 const ImageView<float>& layer) const {
+  const bool in_i = view.fragment == i;
+  fill(layer, 0.0F);
+  render_discs(fragments_[in_i ? j.index() : i.index()].surfels,
+               view.T_camera_fragment * (in_i ? T_i_j : T_i_j.inverse()), view.camera, options_.min_depth_m,
+               options_.max_depth_m, layer);
+}
+
+// Into the layers from 1, in the order of the views.
+void MapScorer::render_pair(FragmentId i, FragmentId j, const Se3& T_i_j) const {
+  std::size_t layer = 1;
+  for (const ScoredView& view : views_)
+    if (view.fragment == i || view.fragment == j)
+      render_pair_view(view, i, j, T_i_j, layer_for(view, layer++));
+}
+
+double MapScorer::rendered_pair_against(FragmentId i, FragmentId j, const Se3& T_i_j) const {
   double sum = 0;
+  std::size_t layer = 1;
   for (const ScoredView& view : views_) {
     if (view.fragment != i && view.fragment != j) continue;
-    const bool in_i = view.fragment == i;
-    const auto render = [&](const Se3& T_i_j, const ImageView<float>& layer) {
-      fill(layer, 0.0F);
-      const Se3 T_own_other = in_i ? T_i_j : T_i_j.inverse();
-      render_discs(fragments_[in_i ? j.index() : i.index()].surfels, view.T_camera_fragment * T_own_other,
-                   view.camera, options_.min_depth_m, options_.max_depth_m, layer);
-    };
-    const ImageView<float> first = layer_for(view, 0), second = layer_for(view, 1);
-    render(T_i_j_first, first);
-    render(T_i_j_second, second);
+    const ImageView<float> first = layer_for(view, layer++), second = layer_for(view, 0);
+    render_pair_view(view, i, j, T_i_j, second);
     sum += mean_over_rows(first.height, [&](int y) {
       return compare_row(view.own.row(y), first.row(y), second.row(y), view.depth.row(y), first.width);
     });
   }
   return sum;
+}
+
+double MapScorer::compare_pair(FragmentId i, FragmentId j, const Se3& T_i_j_first,
+                               const Se3& T_i_j_second) const {
+  render_pair(i, j, T_i_j_first);
+  return rendered_pair_against(i, j, T_i_j_second);
+}
+
+bool MapScorer::explains_pair_best(FragmentId i, FragmentId j, const Se3& T_i_j_first,
+                                   Span<const Se3> T_i_j_others) const {
+  render_pair(i, j, T_i_j_first);
+  return std::all_of(T_i_j_others.begin(), T_i_j_others.end(),
+                     [&](const Se3& other) { return rendered_pair_against(i, j, other) < 0; });
 }
 
 Eigen::Vector3d MapScorer::centroid(FragmentId f) const {

@@ -102,6 +102,9 @@ class MapScorer {
   /// Negative: the first explains the measurements better.
   [[nodiscard]] double compare_pair(FragmentId i, FragmentId j, const Se3& T_i_j_first,
                                     const Se3& T_i_j_second) const;
+  /// Whether the first explains them better than each of the others; the first is rendered once.
+  [[nodiscard]] bool explains_pair_best(FragmentId i, FragmentId j, const Se3& T_i_j_first,
+                                        Span<const Se3> T_i_j_others) const;
 
   /// Mean position of a fragment's discs, fragment frame.
   [[nodiscard]] Eigen::Vector3d centroid(FragmentId f) const;
@@ -116,13 +119,17 @@ class MapScorer {
   void add_views(const Fragment& fragment);
   [[nodiscard]] std::size_t image_capacity() const;
   [[nodiscard]] ImageView<float> layer_for(const ScoredView& view, std::size_t which) const;
+  void render_pair(FragmentId i, FragmentId j, const Se3& T_i_j) const;
+  void render_pair_view(const ScoredView& view, FragmentId i, FragmentId j, const Se3& T_i_j,
+                        const ImageView<float>& layer) const;
+  [[nodiscard]] double rendered_pair_against(FragmentId i, FragmentId j, const Se3& T_i_j) const;
   void weigh_own(const ScoredView& view);
 
   PosteriorOptions options_;
   Span<float> disc_store_;  // 7 arrays of max_discs_per_fragment per fragment
   Span<SurfelChunk> chunk_store_;
   Span<float> view_store_;                 // depth, own of every view
-  Span<float> layer_store_;                // two scratch layers
+  Span<float> layer_store_;                // a scratch layer, and one for each view of a pair
   std::vector<ScoredFragment> fragments_;  // capacity reserved
   std::vector<ScoredView> views_;
   ThinScratch scratch_;

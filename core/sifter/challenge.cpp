@@ -1,19 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "core/sifter/challenge.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 namespace loopsift {
 namespace {
 
 constexpr double kImageStep_rad = 0.1;
-
-bool beats_all(const MapScorer& scorer, const Loop& loop, const std::vector<Se3>& motions) {
-  return std::all_of(motions.begin(), motions.end(), [&](const Se3& challenger) {
-    return scorer.compare_pair(loop.i, loop.j, loop.T_i_j, challenger) < 0;
-  });
-}
 
 }  // namespace
 
@@ -53,9 +46,11 @@ bool withstands_challenge(const MapScorer& scorer, const Loop& loop, Span<const 
   const Se3 T_i_j_map = T_map_fragment[loop.i.index()].inverse() * T_map_fragment[loop.j.index()];
   const Eigen::Vector3d centroid_j = scorer.centroid(loop.j);
   const ChallengeStep near = image_step(scorer), far = correction_step(loop.T_i_j, T_i_j_map, centroid_j);
-  if (!beats_all(scorer, loop, challengers(loop.T_i_j, near, centroid_j))) return false;
-  return !joined || far.distance_m <= near.distance_m ||
-         beats_all(scorer, loop, challengers(loop.T_i_j, far, centroid_j));
+  const auto beats = [&](const std::vector<Se3>& motions) {
+    return scorer.explains_pair_best(loop.i, loop.j, loop.T_i_j, motions);
+  };
+  if (!beats(challengers(loop.T_i_j, near, centroid_j))) return false;
+  return !joined || far.distance_m <= near.distance_m || beats(challengers(loop.T_i_j, far, centroid_j));
 }
 
 }  // namespace loopsift

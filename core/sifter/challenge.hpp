@@ -33,11 +33,11 @@ struct ChallengeStep {
 [[nodiscard]] std::vector<Se3> challengers(const Se3& T_i_j, const ChallengeStep& step,
                                            const Eigen::Vector3d& centroid_j);
 
-/// True when every challenger explains the pair's measurements worse (MapScorer::compare_pair): those at the
-/// image step, and those at the correction that the loop makes where that is larger. False, too, where the
-/// fragments share no pixel. T_map_fragment: the map without the loop. joined: whether edges join the two in
-/// it; after a loss of tracking the map knows nothing about their motion, and what the loop makes of it is no
-/// correction.
+/// True when every challenger explains the pair's measurements worse (MapScorer::explains_pair_best): those
+/// at the image step, and those at the correction that the loop makes where that is larger. False, too, where
+/// the fragments share no pixel. T_map_fragment: the map without the loop. joined: whether edges join the two
+/// in it; after a loss of tracking the map knows nothing about their motion, and what the loop makes of it is
+/// no correction.
 [[nodiscard]] bool withstands_challenge(const MapScorer& scorer, const Loop& loop,
                                         Span<const Se3> T_map_fragment, bool joined);
 

@@ -21,20 +21,30 @@ std::size_t spreading_stride(std::size_t n) {
   return stride;
 }
 
+// Of all views, so that it does not depend on which of them are compared.
+void ViewComparer::spread_views(std::size_t view_count) {
+  is_chosen_.assign(view_count, 0);
+  for (const std::size_t view : views_) is_chosen_[view] = 1;
+  views_.clear();
+  const std::size_t stride = view_count > 0 ? spreading_stride(view_count) : 0;
+  for (std::size_t k = 0, view = 0; k < view_count; ++k, view = (view + stride) % view_count)
+    if (is_chosen_[view] != 0) views_.push_back(static_cast<std::uint16_t>(view));
+}
+
 ViewComparison ViewComparer::compare(MapLikelihood* likelihood, Reference reference, Span<const Se3> T_after,
                                      double prior_gain, const ComparisonLimits& limits) {
   const MapScorer& scorer = likelihood->scorer();
   scorer.affected_views(likelihood->poses(reference), T_after, kVisibleResidual * scorer.own_residual(),
                         &views_);
+  spread_views(static_cast<std::size_t>(scorer.view_count()));
   const std::size_t population = views_.size();
   std::size_t most = population;
   if (limits.max_views > 0) most = std::min(most, static_cast<std::size_t>(limits.max_views));
 
   ViewComparison result;
   double sum = 0, squares = 0;
-  const std::size_t stride = population > 0 ? spreading_stride(population) : 0;
-  for (std::size_t k = 0, at = 0; k < most; ++k, at = (at + stride) % population) {
-    const std::size_t view = views_[at];
+  for (std::size_t k = 0; k < most; ++k) {
+    const std::size_t view = views_[k];
     const double d = likelihood->of_reference(reference, view) - likelihood->of_map(reference, view, T_after);
     sum += d, squares += d * d;
     ++result.views;

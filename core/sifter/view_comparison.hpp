@@ -4,9 +4,10 @@
 // In: the reference map, and the other map. Out: an estimate of how much the sum
 // over all views falls, and its standard error. Views around which nothing moved are left out, as their part
 // is the same in both; of the others at most max_views are rendered, evenly spread, and they stand for the
-// rest. Rendering ends early once the gain, were it even one standard error better than it looks, would not
-// be significant at the end. So a comparison costs as many views as its outcome is close, whatever the size
-// of the map. Thread: back. Reuses its buffers. Deterministic.
+// rest. The order is the same for all comparisons, so that a view rendered for one is there for the next.
+// Rendering ends early once the gain, were it even one standard error better than it looks, would not be
+// significant at the end. So a comparison costs as many views as its outcome is close, whatever the size of
+// the map. Thread: back. Reuses its buffers. Deterministic.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -38,7 +39,10 @@ class ViewComparer {
                                        const ComparisonLimits& limits);
 
  private:
+  void spread_views(std::size_t view_count);
+
   std::vector<std::uint16_t> views_;
+  std::vector<std::uint8_t> is_chosen_;
 };
 
 /// A number of step lengths coprime to n that visits 0 … n−1 evenly spread at every stage: n times the golden

@@ -217,5 +217,22 @@ TEST(RenderDiscs, StaysWithinTheImageAndItsPadding) {
     for (int x = 0; x < kCamera.width; ++x) EXPECT_EQ(canvas.image(x, y), wide.image(x, y));
 }
 
+// Smaller than the two rows that are drawn at once.
+TEST(RenderDiscs, DrawsIntoAnImageOfOneRow) {
+  Canvas canvas;
+  PinholeCamera camera = kCamera;
+  camera.height = 1;
+  std::vector<float> row(static_cast<std::size_t>(padded_stride(camera.width)), 0.0F);
+  row.insert(row.begin(), Canvas::kGuards, Canvas::kGuard);
+  row.insert(row.end(), Canvas::kGuards, Canvas::kGuard);
+  const ImageView<float> image(row.data() + Canvas::kGuards, camera.width, 1, padded_stride(camera.width));
+  Discs discs(random_discs(500, 8));
+  render_discs(discs.surfels, {}, camera, kMin, kMax, image);
+  render_discs(discs.surfels, {}, kCamera, kMin, kMax, canvas.image);
+  for (int x = 0; x < camera.width; ++x) EXPECT_EQ(image(x, 0), canvas.image(x, 0));
+  EXPECT_EQ(std::count(row.begin(), row.begin() + Canvas::kGuards, Canvas::kGuard), Canvas::kGuards);
+  EXPECT_EQ(std::count(row.end() - Canvas::kGuards, row.end(), Canvas::kGuard), Canvas::kGuards);
+}
+
 }  // namespace
 }  // namespace loopsift

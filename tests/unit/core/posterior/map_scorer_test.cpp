@@ -256,5 +256,17 @@ TEST(MapScorer, ComparePairTakesTheFragmentsInEitherOrder) {
               scorer->compare_pair(i, j, good, bad), 1e-5);
 }
 
+TEST(MapScorer, ExplainsPairBestOnlyWhereEveryOtherIsWorse) {
+  const FragmentWorld world;
+  const InArena<MapScorer> scorer = scorer_of(world);
+  const Se3 good = world.loop(0, 0, 6).T_i_j;
+  const std::vector<Se3> worse = {good * shifted(0.05, 0, 0.1, 0.05), good * shifted(0, 0.1, -0.1, 0)};
+  const FragmentId i{0}, j{6};
+  const std::vector<Se3> with_the_good_one = {worse[1], good}, elsewhere = {shifted(100, 0, 0)};
+  EXPECT_TRUE(scorer->explains_pair_best(i, j, good, worse));
+  EXPECT_FALSE(scorer->explains_pair_best(i, j, worse[0], with_the_good_one));
+  EXPECT_FALSE(scorer->explains_pair_best(i, j, good, elsewhere)) << "no pixel tells the two apart";
+}
+
 }  // namespace
 }  // namespace loopsift
