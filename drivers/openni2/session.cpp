@@ -35,6 +35,8 @@ Session::~Session() {
   if (status_.ok()) openni::OpenNI::shutdown();
 }
 
+void Session::keep() { static const Session to_the_end; }
+
 DeviceWatch::DeviceWatch(std::string uri) : uri_(std::move(uri)) {
   (void)openni::OpenNI::addDeviceDisconnectedListener(this);  // fails only for a listener that is there
   (void)openni::OpenNI::addDeviceStateChangedListener(this);

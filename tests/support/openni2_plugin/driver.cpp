@@ -49,7 +49,9 @@ class CameraDriver final : public oni::driver::DriverBase {
  private:
   // Tells OpenNI2 when the plug was pulled or put in.
   void look() {
-    const bool plugged = CameraControl::read().plugged && !film_over_;
+    const CameraControl control = CameraControl::read();
+    if (!control.unplug_at_end) film_over_ = false;
+    const bool plugged = control.plugged && !film_over_;
     if (plugged == plugged_) return;
     plugged_ = plugged;
     const OniDeviceInfo info = device_info();

@@ -41,6 +41,13 @@ class CameraFixture : public ::testing::Test {
   [[nodiscard]] Expected<std::unique_ptr<FrameSource>> open(const std::string& address = "") const {
     return open_openni2(address, options);
   }
+  /// A camera that was just plugged in.
+  [[nodiscard]] Expected<std::unique_ptr<FrameSource>> open_when_there() const {
+    const std::int64_t limit_ns = steady_now_ns() + kLimitNs;
+    auto source = open();
+    while (!source.ok() && steady_now_ns() < limit_ns) source = open();
+    return source;
+  }
 
   /// The next status that is no kTimeout.
   [[nodiscard]] static ReadStatus read(FrameSource& source, RawFrame& frame) {
