@@ -1,19 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "core/fragment/front_end.hpp"
 
-#include <chrono>
+#include "core/base/steady_time.hpp"
 
 namespace loopsift {
 namespace {
 
 constexpr double kKeyframeM = 0.3, kKeyframeRad = 0.35;  // from the keyframe to the camera
 constexpr float kKeyframeOverlap = 0.6F;                 // of its points in sight
-
-std::int64_t now_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::steady_clock::now().time_since_epoch())
-      .count();
-}
 
 }  // namespace
 
@@ -35,27 +29,29 @@ FrontEnd::FrontEnd(const PinholeCamera& camera, double depth_unit_m, const Front
       builder_(options.fragment, preprocessor_.working_camera(), camera, arena),
       renderer_(options.model, preprocessor_.working_camera(), arena),
       keyframe_(preprocessor_.working_camera(), options.frame.levels, arena),
+      turns_(preprocessor_.coarsest_camera(), arena),
       depth_calibration_(options.depth_calibration) {}
 
 FrontEndResult FrontEnd::process(const RawFrame& raw) {
-  const std::int64_t begin = now_ns();
+  const std::int64_t begin = steady_now_ns();
   const Frame& frame = preprocessor_.process(raw);
-  const std::int64_t preprocessed = now_ns();
+  const std::int64_t preprocessed = steady_now_ns();
   const TrackingResult tracking = track(frame, raw.session);
   keep_keyframe(frame, tracking);
-  const std::int64_t tracked = now_ns();
+  if (tracking.status != TrackingStatus::kLost) turns_.keep(frame);
+  const std::int64_t tracked = steady_now_ns();
   FrontEndResult result = integrate(frame, tracking);
-  result.times = {preprocessed - begin, tracked - preprocessed, now_ns() - tracked};
+  result.times = {preprocessed - begin, tracked - preprocessed, steady_now_ns() - tracked};
   return result;
 }
 
 FrontEndResult FrontEnd::process(const RawFrame& raw, const TrackingResult& given) {
-  const std::int64_t begin = now_ns();
+  const std::int64_t begin = steady_now_ns();
   const Frame& frame = preprocessor_.process(raw);
-  const std::int64_t preprocessed = now_ns();
+  const std::int64_t preprocessed = steady_now_ns();
   keep_keyframe(frame, given);
   FrontEndResult result = integrate(frame, given);
-  result.times = {preprocessed - begin, 0, now_ns() - preprocessed};
+  result.times = {preprocessed - begin, 0, steady_now_ns() - preprocessed};
   return result;
 }
 
@@ -78,9 +74,14 @@ TrackingResult FrontEnd::track(const Frame& frame, std::int32_t session) {
     if (started.status == TrackingStatus::kFirst) session_ = session;
     return started;
   }
-  const ModelView& model = renderer_.render(piece, builder_.active().surfels(), builder_.T_odom_fragment(),
-                                            odometry_.predict(frame.timestamp_ns));
-  return odometry_.track(frame, model, &keyframe_);
+  const Se3 T_odom_predicted = odometry_.predict(frame.timestamp_ns);
+  const ModelView& model =
+      renderer_.render(piece, builder_.active().surfels(), builder_.T_odom_fragment(), T_odom_predicted);
+  const Eigen::Matrix3d& R_odom_kept = odometry_.T_odom_camera().rotation();
+  const auto R_kept_camera = turns_.find(frame, R_odom_kept.transpose() * T_odom_predicted.rotation());
+  if (!R_kept_camera) return odometry_.track(frame, model, &keyframe_);
+  const Se3 T_odom_turned(R_odom_kept * *R_kept_camera, T_odom_predicted.translation());
+  return odometry_.track(frame, model, &keyframe_, &T_odom_turned);
 }
 
 // A new keyframe once the last one is largely out of sight or seen from elsewhere, and after a loss. The two

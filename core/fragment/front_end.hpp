@@ -14,6 +14,7 @@
 #include "core/frame/frame.hpp"
 #include "core/odometry/depth_calibration.hpp"
 #include "core/odometry/odometry.hpp"
+#include "core/odometry/rotation_alignment.hpp"
 
 namespace loopsift {
 
@@ -70,6 +71,7 @@ class FrontEnd {
   FragmentBuilder builder_;
   ModelRenderer renderer_;
   Keyframe keyframe_;
+  RotationAlignment turns_;
   DepthCalibration depth_calibration_;
   std::size_t piece_begin_ = 0;  // first fragment of the current piece of trajectory
   std::int64_t newest_timestamp_ns_ = 0;

@@ -67,6 +67,10 @@ class FramePreprocessor {
   void set_disparity(const DisparityCoefficients& coefficients);
   /// Camera of level 0.
   [[nodiscard]] const PinholeCamera& working_camera() const { return frame_.levels[0].camera; }
+  /// Camera of the last level.
+  [[nodiscard]] const PinholeCamera& coarsest_camera() const {
+    return frame_.levels[static_cast<std::size_t>(options_.levels) - 1].camera;
+  }
 
  private:
   struct Level {

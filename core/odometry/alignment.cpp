@@ -48,6 +48,34 @@ Alignment::Alignment(const OdometryOptions& options, const Frame& frame, const M
       T_view_predicted_(model.T_odom_view.inverse() * T_odom_predicted),
       T_view_camera_(T_view_predicted_) {}
 
+// With w the weights of Student's t, (ν + 1) / ν at most: ½ (ν + 1) Σ (1 − w ν / (ν + 1)) is the cost of
+// Geman & McClure, with the curvature of Student's t at zero. It is taken over what can be compared, and
+// counts for all: what the other image does not show speaks for neither pose.
+double Alignment::cost(const Se3& T_view_camera) const {
+  const auto mismatch = [](double all, int compared, double weight) {
+    return compared == 0 ? 3.0 * all : 3.0 * all * (1.0 - weight / (1.2 * compared));
+  };
+  const int level = frame_.level_count - 1;
+  const FrameLevel& frame = frame_.levels[static_cast<std::size_t>(level)];
+  const IcpSystem geometry = linearize(frame, model_, T_view_camera, settings(level));
+  double sum = mismatch(geometry.valid, geometry.met, geometry.weight);
+  if (keyframe_ != nullptr) {
+    const Keyframe::Level& key = keyframe_->level(level);
+    const Se3 T_camera_key = (model_.T_odom_view * T_view_camera).inverse() * keyframe_->T_odom_key();
+    const PhotometricSystem intensities = linearize_photometric(
+        frame, key, T_camera_key, {options_.gate_fine_m, photometric_scale_, exposure_});
+    const auto points = static_cast<double>(share_of(key)) * keyframe_->valid();
+    sum += mismatch(points, intensities.inside, intensities.weight);
+  }
+  const Vector6d moved = (T_view_predicted_.inverse() * T_view_camera).log();
+  return sum / static_cast<double>(options_.correlated_pixels) + 0.5 * moved.dot(prior_ * moved);
+}
+
+void Alignment::consider(const Se3& T_odom_other) {
+  const Se3 T_view_other = model_.T_odom_view.inverse() * T_odom_other;
+  if (cost(T_view_other) < cost(T_view_camera_)) T_view_camera_ = T_view_other;
+}
+
 void Alignment::run() {
   for (int l = frame_.level_count - 1; l >= finest_; --l) {
     int limit = l == finest_ ? options_.iterations_fine : options_.iterations_coarse;
@@ -55,6 +83,11 @@ void Alignment::run() {
     for (int i = 0; i < limit && !step(l); ++i) ++iterations_;
   }
   linearize_at(finest_);
+}
+
+// Of the pixels of the keyframe's finest level.
+float Alignment::share_of(const Keyframe::Level& key) const {
+  return static_cast<float>(key.depth_m.size()) / static_cast<float>(keyframe_->level(0).depth_m.size());
 }
 
 void Alignment::linearize_at(int level) {
@@ -104,9 +137,8 @@ void Alignment::add_intensities(int level) {
   const PhotometricSystem system =
       linearize_photometric(frame_.levels[static_cast<std::size_t>(level)], key, T_camera_key,
                             {options_.gate_fine_m, photometric_scale_, exposure_});
-  const float share = static_cast<float>(key.camera.width) * static_cast<float>(key.camera.height) /
-                      static_cast<float>(keyframe_->level(0).depth_m.size());
-  overlap_ = static_cast<float>(system.seen) / std::max(1.0F, share * static_cast<float>(keyframe_->valid()));
+  const float points = share_of(key) * static_cast<float>(keyframe_->valid());
+  overlap_ = static_cast<float>(system.seen) / std::max(1.0F, points);
   if (overlap_ < kMinOverlap) {
     overlap_ = 0.0F;
     return;

@@ -17,6 +17,8 @@ class Alignment {
   /// gap, and partners are looked for farther away. keyframe is null where intensities are not used.
   Alignment(const OdometryOptions& options, const Frame& frame, const ModelView& model,
             const Se3& T_odom_predicted, double periods, const Keyframe* keyframe);
+  /// Lets run() start from another pose than the predicted one if that is the likelier.
+  void consider(const Se3& T_odom_other);
   void run();
   /// Geometry at the last pose.
   [[nodiscard]] const IcpSystem& system() const { return system_; }
@@ -39,6 +41,9 @@ class Alignment {
     Vector6d b = Vector6d::Zero();
   };
   void linearize_at(int level);
+  // Negative log-likelihood of a pose by the coarsest level, intensities and the prior together.
+  [[nodiscard]] double cost(const Se3& T_view_camera) const;
+  [[nodiscard]] float share_of(const Keyframe::Level& key) const;
   void add_geometry(int level);
   void add_intensities(int level);
   // One Gauss–Newton step; true once it is negligible.

@@ -11,7 +11,7 @@ namespace loopsift {
 namespace {
 
 constexpr int kTriangle = 21;            // of H's upper half
-constexpr int kScalars = 6;              // weight, scaled squares, squares, valid, partners, inliers
+constexpr int kScalars = 7;              // weight, scaled squares, squares, valid, met, partners, inliers
 constexpr int kCross = sum_count(6, 0);  // first sum of the crossed information
 constexpr int kFirstScalar = kCross + kTriangle;
 constexpr int kSums = kFirstScalar + kScalars;
@@ -35,7 +35,7 @@ struct Block {
   alignas(32) std::int32_t partner[kBlock];
   alignas(32) float seen[kBlock];
   alignas(32) float J[6][kBlock], K[6][kBlock], r[kBlock], w[kBlock];  // K: J by the frame's own normals
-  alignas(32) float robust[kBlock], scaled[kBlock], partnered[kBlock], inlier[kBlock];
+  alignas(32) float robust[kBlock], scaled[kBlock], met[kBlock], partnered[kBlock], inlier[kBlock];
 };
 
 using Sums = float[kSums][kLanes];
@@ -80,8 +80,8 @@ LOOPSIFT_SIMD void evaluate(const Job& j, Block& __restrict s) {
     const float cosine = nx * fnx + ny * fny + nz * fnz;
     const float z = s.depth[i] - 0.4F, sigma = j.noise_floor + j.noise_slope * z * z;
     const float gate = j.gate + 3.0F * sigma;
-    const bool ok = (s.partner[i] >= 0) & (qz > 0.0F) & (cosine > j.min_cosine) &
-                    (dx * dx + dy * dy + dz * dz < gate * gate);
+    const bool met = (s.partner[i] >= 0) & (qz > 0.0F);
+    const bool ok = met & (cosine > j.min_cosine) & (dx * dx + dy * dy + dz * dz < gate * gate);
     const float inverse_sigma2 = 1.0F / (sigma * sigma);
     const float scaled = r * r * inverse_sigma2;
     const float normalized = scaled * inverse_scale2;
@@ -90,6 +90,7 @@ LOOPSIFT_SIMD void evaluate(const Job& j, Block& __restrict s) {
     s.robust[i] = robust;
     s.scaled[i] = robust * scaled;
     s.w[i] = robust * inverse_sigma2 * inverse_scale2;
+    s.met[i] = met ? 1.0F : 0.0F;
     s.partnered[i] = ok ? 1.0F : 0.0F;
     s.inlier[i] = (ok & (normalized < 9.0F)) ? 1.0F : 0.0F;
     s.J[0][i] = nx;
@@ -125,8 +126,9 @@ LOOPSIFT_SIMD void accumulate(const Block& s, Sums& __restrict sums) {
       sums[kFirstScalar + 1][l] += s.scaled[i + l];
       sums[kFirstScalar + 2][l] += s.inlier[i + l] * s.r[i + l] * s.r[i + l];
       sums[kFirstScalar + 3][l] += s.seen[i + l];
-      sums[kFirstScalar + 4][l] += s.partnered[i + l];
-      sums[kFirstScalar + 5][l] += s.inlier[i + l];
+      sums[kFirstScalar + 4][l] += s.met[i + l];
+      sums[kFirstScalar + 5][l] += s.partnered[i + l];
+      sums[kFirstScalar + 6][l] += s.inlier[i + l];
     }
   }
 }
@@ -189,8 +191,9 @@ IcpSystem to_system(const double (&total)[kSums]) {
   system.scaled_squares = total[kFirstScalar + 1];
   system.squares_m2 = total[kFirstScalar + 2];
   system.valid = static_cast<int>(total[kFirstScalar + 3]);
-  system.partners = static_cast<int>(total[kFirstScalar + 4]);
-  system.inliers = static_cast<int>(total[kFirstScalar + 5]);
+  system.met = static_cast<int>(total[kFirstScalar + 4]);
+  system.partners = static_cast<int>(total[kFirstScalar + 5]);
+  system.inliers = static_cast<int>(total[kFirstScalar + 6]);
   return system;
 }
 

@@ -27,6 +27,7 @@ struct IcpSystem {
   double scaled_squares = 0;  ///< Σ robust weight · (r / σ)²: over partners, the next s²
   double squares_m2 = 0;      ///< Σ r² of the inliers
   int valid = 0;              ///< pixels with depth and normal
+  int met = 0;                ///< of them, those that fall on something of the model
   int partners = 0;           ///< of them, those with a partner
   int inliers = 0;            ///< of them, those within 3 s σ
 };

@@ -11,7 +11,7 @@
 namespace loopsift {
 namespace {
 
-constexpr float kSureInliers = 0.6F;      // of a pose after a gap, about which the prediction says little
+constexpr float kSureInliers = 0.75F;     // of the pixels that fall on the model: of a pose after a gap
 constexpr float kSureDegeneracy = 0.15F;  // the same
 constexpr int kMinPixels = 200;           // with depth, or with a partner, on the finest level used
 
@@ -36,6 +36,12 @@ LostReason check(const OdometryOptions& o, const IcpSystem& system, const Vector
       from_prediction.tail<3>().norm() > static_cast<double>(o.max_step_rad))
     return LostReason::kLargeMotion;
   return LostReason::kNone;
+}
+
+// The keyframe where its intensities can be compared, else null.
+const Keyframe* with_intensity(const OdometryOptions& o, const Frame& frame, const Keyframe* keyframe) {
+  const bool both = keyframe != nullptr && keyframe->has_intensity() && !frame.levels[0].intensity.empty();
+  return o.photometric && both ? keyframe : nullptr;
 }
 
 }  // namespace
@@ -90,12 +96,12 @@ Se3 Odometry::predict(std::int64_t timestamp_ns) const {
   return T_odom_camera_ * Se3::exp(velocity_ * dt_s);
 }
 
-TrackingResult Odometry::track(const Frame& frame, const ModelView& model, const Keyframe* keyframe) {
-  const bool photometric = options_.photometric && keyframe != nullptr && keyframe->has_intensity() &&
-                           !frame.levels[0].intensity.empty();
+TrackingResult Odometry::track(const Frame& frame, const ModelView& model, const Keyframe* keyframe,
+                               const Se3* T_odom_other) {
   const double periods = periods_to(frame.timestamp_ns);
   Alignment alignment(options_, frame, model, predict(frame.timestamp_ns), periods,
-                      photometric ? keyframe : nullptr);
+                      with_intensity(options_, frame, keyframe));
+  if (T_odom_other != nullptr) alignment.consider(*T_odom_other);
   alignment.run();
   const IcpSystem& system = alignment.system();
   TrackingResult result;
@@ -107,8 +113,9 @@ TrackingResult Odometry::track(const Frame& frame, const ModelView& model, const
   if (system.inliers > 0)
     result.residual_rms_m = static_cast<float>(std::sqrt(system.squares_m2 / system.inliers));
   result.degeneracy = degeneracy_of(alignment.measured(), prior_information(options_, 1.0));
-  if (result.reason == LostReason::kNone && periods >= kGapPeriods &&
-      (result.inlier_fraction < kSureInliers || result.degeneracy > kSureDegeneracy))
+  const bool sure = static_cast<float>(system.inliers) >= kSureInliers * static_cast<float>(system.met) &&
+                    result.degeneracy <= kSureDegeneracy;
+  if (result.reason == LostReason::kNone && periods >= kGapPeriods && !sure)
     result.reason = LostReason::kFewInliers;
   if (result.reason != LostReason::kNone) return result;
 

@@ -86,8 +86,11 @@ class Odometry {
   /// frames.
   [[nodiscard]] Se3 predict(std::int64_t timestamp_ns) const;
   /// Tracks the frame against the model (and the keyframe, if there is one and the frame has colour) and
-  /// takes the result as the new state. Lost leaves the state as it was.
-  TrackingResult track(const Frame& frame, const ModelView& model, const Keyframe* keyframe = nullptr);
+  /// takes the result as the new state. Lost leaves the state as it was. T_odom_other: a pose to start from
+  /// instead of the predicted one if the frame, on its coarsest level, and the motion model together find it
+  /// the likelier of the two; null: none.
+  TrackingResult track(const Frame& frame, const ModelView& model, const Keyframe* keyframe = nullptr,
+                       const Se3* T_odom_other = nullptr);
   /// Starts a (new) piece of trajectory at the given pose: kFirst, or kLost where the frame shows too little.
   TrackingResult start(const Frame& frame, const Se3& T_odom_camera);
   [[nodiscard]] const Se3& T_odom_camera() const { return T_odom_camera_; }

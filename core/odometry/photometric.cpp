@@ -11,7 +11,7 @@ namespace loopsift {
 namespace {
 
 constexpr int kColumns = 7;  // six of the motion, one of the exposure
-constexpr int kScalars = 4;  // weight, weighted squares, weighted residuals, points seen
+constexpr int kScalars = 5;  // weight, weighted squares, weighted residuals, points inside, points seen
 constexpr int kSums = sum_count(kColumns, kScalars);
 constexpr int kFirstScalar = kSums - kScalars;
 constexpr float kStudentNu = 5.0F;
@@ -99,7 +99,8 @@ LOOPSIFT_SIMD void accumulate(const Block& s, Sums& __restrict sums) {
       sums[kFirstScalar][l] += s.w[i + l];
       sums[kFirstScalar + 1][l] += s.square[i + l];
       sums[kFirstScalar + 2][l] += s.w[i + l] * s.r[i + l];
-      sums[kFirstScalar + 3][l] += s.ok[i + l];
+      sums[kFirstScalar + 3][l] += s.inside[i + l];
+      sums[kFirstScalar + 4][l] += s.ok[i + l];
     }
   }
 }
@@ -144,8 +145,9 @@ Job make_job(const FrameLevel& level, const Keyframe::Level& key, const Se3& T_c
 // Unknown 6, the exposure, is eliminated (Schur complement); sums are brought to the unit of the scale.
 PhotometricSystem to_system(const double (&total)[kSums], const PhotometricSettings& set) {
   PhotometricSystem system;
-  system.seen = static_cast<int>(total[kFirstScalar + 3]);
-  const double weight = total[kFirstScalar];
+  system.inside = static_cast<int>(total[kFirstScalar + 3]);
+  system.seen = static_cast<int>(total[kFirstScalar + 4]);
+  const double weight = system.weight = total[kFirstScalar];
   if (system.seen == 0 || weight < kTiny) return system;
   Eigen::Matrix<double, kColumns, kColumns> H;
   Eigen::Matrix<double, kColumns, 1> b;

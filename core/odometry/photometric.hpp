@@ -25,6 +25,8 @@ struct PhotometricSystem {
   Vector6d b = Vector6d::Zero();  ///< JᵀW r, the same
   float scale = 0;                ///< the next scale
   float exposure = 0;             ///< the next e
+  double weight = 0;              ///< Σ of the robust weights (each 0 … 1.2)
+  int inside = 0;                 ///< keyframe points that fall into the image
   int seen = 0;                   ///< keyframe points that the frame shows
 };
 

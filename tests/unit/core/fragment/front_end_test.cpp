@@ -33,6 +33,9 @@ class Walk {
         std::make_unique<FrontEnd>(small_camera(), SceneCamera::kUnitM, options_, store_.get(), *arena_);
   }
   RawFrame capture(const Se3& T) { return camera_.capture(AnalyticScene::room(), T, 0.0012, 0.0019); }
+  RawFrame capture_color(const Se3& T) {
+    return camera_.capture_color(AnalyticScene::room(), T, 0.0012, 0.0019);
+  }
   FrontEndResult see(const Se3& T) { return front_end_->process(capture(T)); }
   FrontEndResult see_nothing() { return front_end_->process(camera_.black()); }
   FrontEnd& front_end() { return *front_end_; }
@@ -66,6 +69,23 @@ TEST(FrontEnd, TracksAWalkAndClosesFragments) {
   EXPECT_TRUE(closed[1]->joined_to_previous);
   EXPECT_TRUE(closed[2]->joined_to_previous);
   EXPECT_EQ(run.front_end().finish(), nullptr) << "nothing is left open";
+}
+
+// At five frames a second, to and fro: no constant velocity predicts it.
+TEST(FrontEnd, HoldsTurnsOfTwelveDegreesAFrame) {
+  for (const bool color : {true, false}) {
+    Walk run;
+    for (int i = 0; i < 12; ++i) {
+      const Se3 T = shifted(0.01 * i, 0, 0, i % 4 == 1 || i % 4 == 2 ? 0.21 : 0.0);
+      RawFrame raw = color ? run.capture_color(T) : run.capture(T);
+      raw.timestamp_ns = i * std::int64_t{200000000};
+      const FrontEndResult result = run.front_end().process(raw);
+      ASSERT_EQ(result.tracking.status, i == 0 ? TrackingStatus::kFirst : TrackingStatus::kTracked) << i;
+      const Vector6d error = (T.inverse() * result.tracking.T_odom_camera).log();
+      EXPECT_LT(error.head<3>().norm(), 0.015) << i << " colour " << color;
+      EXPECT_LT(error.tail<3>().norm(), 0.01) << i << " colour " << color;
+    }
+  }
 }
 
 TEST(FrontEnd, ACoveredLensIsLostAndThenStartsAPieceOfItsOwn) {

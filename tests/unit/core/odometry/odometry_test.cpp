@@ -43,6 +43,22 @@ TEST(Odometry, RecoversKnownMotions) {
   }
 }
 
+TEST(Odometry, StartsFromAnotherPoseOnlyWhereItIsTheLikelier) {
+  TrackedScene scene(AnalyticScene::room(), 2);
+  const ModelView model = scene.model_at(Se3());
+  const auto tracked_from = [&](const Se3& truth, const Se3* other) {
+    Odometry odometry((OdometryOptions()));
+    EXPECT_EQ(odometry.start(scene.frame_at(Se3()), Se3()).status, TrackingStatus::kFirst);
+    return odometry.track(scene.frame_at(truth), model, nullptr, other);
+  };
+  const Se3 near = Se3::exp(twist(0.01, 0, 0, 0, 0.01, 0)), far = Se3::exp(twist(0, 0, 0, 0, 0.18, 0));
+  const TrackingResult alone = tracked_from(near, nullptr), misled = tracked_from(near, &far);
+  EXPECT_LT((alone.T_odom_camera.inverse() * misled.T_odom_camera).log().norm(), 1e-9);
+  const TrackingResult helped = tracked_from(far, &far);
+  ASSERT_EQ(helped.status, TrackingStatus::kTracked);
+  EXPECT_LT((far.inverse() * helped.T_odom_camera).log().norm(), 0.005);
+}
+
 TEST(Odometry, PredictsConstantVelocityByTime) {
   TrackedScene scene(AnalyticScene::room(), 2);
   Odometry odometry((OdometryOptions()));
