@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: MIT
-# All from the distribution's packages (tools/scripts/install_dependencies.sh). Camera libraries are optional: a driver
-# whose library is missing is left out; replay is always built.
+# All from the distribution's packages (tools/scripts/install_dependencies.sh).
 find_package(PkgConfig REQUIRED)
 find_package(Threads REQUIRED)
 find_package(OpenMP REQUIRED COMPONENTS CXX)
@@ -17,12 +16,25 @@ find_package(nanoflann REQUIRED)
 find_package(embree 3 REQUIRED)
 pkg_check_modules(TURBOJPEG REQUIRED IMPORTED_TARGET libturbojpeg)
 pkg_check_modules(LCM REQUIRED IMPORTED_TARGET lcm)
-pkg_check_modules(OPENNI2 IMPORTED_TARGET libopenni2)
-set(LOOPSIFT_HAVE_OPENNI2 ${OPENNI2_FOUND})
-include(CheckIncludeFileCXX)
-check_include_file_cxx(linux/videodev2.h LOOPSIFT_HAVE_V4L2)
-pkg_check_modules(LIBCAMERA IMPORTED_TARGET libcamera)
-set(LOOPSIFT_HAVE_LIBCAMERA ${LIBCAMERA_FOUND})
+
+# Camera libraries: without its own, a driver is left out. OFF leaves one out all the same.
+option(LOOPSIFT_OPENNI2 "The OpenNI2 driver, where libopenni2 is there" ON)
+option(LOOPSIFT_V4L2 "The V4L2 driver, where linux/videodev2.h is there" ON)
+option(LOOPSIFT_LIBCAMERA "The libcamera driver, where libcamera is there" ON)
+if(LOOPSIFT_OPENNI2)
+  pkg_check_modules(OPENNI2 IMPORTED_TARGET libopenni2)
+  set(LOOPSIFT_HAVE_OPENNI2 ${OPENNI2_FOUND})
+endif()
+if(LOOPSIFT_V4L2)
+  include(CheckIncludeFileCXX)
+  check_include_file_cxx(linux/videodev2.h LOOPSIFT_FOUND_VIDEODEV2)
+  set(LOOPSIFT_HAVE_V4L2 ${LOOPSIFT_FOUND_VIDEODEV2})
+endif()
+if(LOOPSIFT_LIBCAMERA)
+  pkg_check_modules(LIBCAMERA IMPORTED_TARGET libcamera)
+  set(LOOPSIFT_HAVE_LIBCAMERA ${LIBCAMERA_FOUND})
+endif()
+
 if(LOOPSIFT_BUILD_TESTS)
   find_package(GTest REQUIRED)
 endif()

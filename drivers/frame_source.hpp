@@ -70,8 +70,7 @@ class FrameSource {
 
 /// A source from a URI as the command line takes it: `replay:FORMAT:PATH` (tum, 7scenes, redwood, sun3d,
 /// klg), `synth:SCENE`, `lcm:CHANNEL`, and where the build has them `openni2:`, `v4l2:/dev/videoN`,
-/// `libcamera:N`. Defined in drivers/open_source.cpp, the only place that lists the drivers. Errors name the
-/// URI, the file or device and what to do.
+/// `libcamera:N` (drivers/driver_table.cpp). Errors name the URI, the file or device and what to do.
 [[nodiscard]] Expected<std::unique_ptr<FrameSource>> open_source(const std::string& uri,
                                                                  const SourceOptions& options);
 

@@ -14,8 +14,7 @@ struct DeviceInfo {
 };
 
 /// The devices of every driver that this build has, driver by driver; empty where there are none. A driver
-/// whose library does not start lists nothing. Defined in drivers/list_devices.cpp, from each driver's own
-/// list_<driver>_devices().
+/// whose library does not start lists nothing.
 [[nodiscard]] std::vector<DeviceInfo> list_devices();
 
 }  // namespace loopsift
