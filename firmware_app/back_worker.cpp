@@ -184,6 +184,7 @@ void BackWorker::take_outside_loops() {
 void BackWorker::save_what_is_asked() {
   Command command;
   while (!disabled_ && saves_.pop(&command)) {
+    const WorkSpan span(options_.monitor);
     Status saved = Error{ErrorCode::kCapacity, "not enough memory left for it (memory.back_heap_mib)"};
     if (!options_.save) {
       saved = Error{ErrorCode::kUsage, "the run was started without a folder for results (--out)"};

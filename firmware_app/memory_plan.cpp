@@ -11,7 +11,7 @@ namespace {
 /// will still load of the libraries' code (measured: 0.3 MiB) and take for itself, stacks, the heap of the
 /// back thread.
 void add_process_rows(const Settings& settings, MemoryBudget* budget) {
-  constexpr std::size_t kStillToCome = mebibytes(1);
+  constexpr std::size_t kStillToCome = mebibytes(3) / 2;
   const auto so_far = static_cast<std::size_t>(resident_bytes());
   budget->add("process/program, source", 1,
               (so_far + kStillToCome + mebibytes(1) - 1) / mebibytes(1) * mebibytes(1));

@@ -84,7 +84,7 @@ struct WatchdogSettings {
   double publish_deadline_ms = 33;   ///< all messages of one wake-up
   double back_deadline_ms = 5000;    ///< one new piece of the map
   double front_hung_s = 10;          ///< one frame; past it the service manager gets no sign of life
-  double back_hung_s = 120;          ///< one new piece; past it the back thread is disabled
+  double back_hung_s = 120;          ///< in one step or before it; past it the back thread is disabled
   double no_source_s = 2;            ///< without a frame
   double stop_s = 1.0;               ///< that a stop by signal waits for the back thread
 };

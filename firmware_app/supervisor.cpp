@@ -3,6 +3,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cstring>
 #include <string>
 #include <utility>
@@ -110,7 +111,10 @@ void Supervisor::watch(std::int64_t now_ns) {
     spdlog::error("a frame has been in work for more than {} s (watchdog.front_hung_s)",
                   settings_.watchdog.front_hung_s);
   }
-  if (seconds(back.busy_ns(now_ns)) > settings_.watchdog.back_hung_s) view_.back_worker.abandon();
+  if (back.busy_ns(now_ns) > 0 || view_.back_worker.backlog() == 0) back_at_work_ns_ = now_ns;
+  const std::int64_t idle_ns = now_ns - back_at_work_ns_;  // with work that waits
+  if (seconds(std::max(back.busy_ns(now_ns), idle_ns)) > settings_.watchdog.back_hung_s)
+    view_.back_worker.abandon();
   if (view_.back_worker.disabled() && !std::exchange(back_end_told_, true))
     spdlog::error(
         "no further loops are looked for: the back thread {}. Poses go on with the last correction",

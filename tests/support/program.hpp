@@ -23,6 +23,7 @@ class Program {
   /// Until its output holds `text`; false when that does not happen within `limit_s` or it ends before.
   [[nodiscard]] bool wait_for(const std::string& text, double limit_s);
   void signal(int number) const;
+  [[nodiscard]] pid_t pid() const { return pid_; }
   /// Waits for its end. The exit code; 128 + the signal that ended it.
   [[nodiscard]] int wait();
 
