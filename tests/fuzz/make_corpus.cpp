@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 
 #include "drivers/replay/image_file.hpp"
 #include "drivers/synth/synth_source.hpp"
@@ -51,7 +52,28 @@ void write_klg(const std::string& to, const std::vector<Frame>& frames) {
     raw.push_back({time_us, test::raw_bytes(frame.depth), test::raw_bytes(frame.color)});
   }
   test::write_klg(to + "packed.klg", packed);
+  packed[0].timestamp_us = std::numeric_limits<std::int64_t>::min();
+  test::write_klg(to + "early.klg", packed);
   test::write_klg(to + "raw.klg", raw);
+}
+
+// Depth raw and packed; colour raw, grey and as JPEG.
+void write_images(const std::string& to, const Frame& frame) {
+  for (const bool zipped : {false, true}) {
+    bot_core::images_t message = test::images(7, fuzz::kWidth, fuzz::kHeight, 1000, zipped);
+    const std::string name = to + (zipped ? "zipped" : "raw");
+    write_bytes(name, test::encode(message));
+    bot_core::image_t& color = message.images[0];
+    color.row_stride = fuzz::kWidth;
+    color.pixelformat = bot_core::image_t::PIXEL_FORMAT_GRAY;
+    color.data.assign(static_cast<std::size_t>(fuzz::kWidth) * fuzz::kHeight, 100);
+    color.size = static_cast<std::int32_t>(color.data.size());
+    write_bytes(name + "_grey", test::encode(message));
+    color.pixelformat = bot_core::image_t::PIXEL_FORMAT_MJPEG;
+    color.data = test::jpeg_bytes(frame.color);
+    color.size = static_cast<std::int32_t>(color.data.size());
+    write_bytes(name + "_jpeg", test::encode(message));
+  }
 }
 
 void write_all(const std::string& to, const std::vector<Frame>& frames) {
@@ -62,10 +84,7 @@ void write_all(const std::string& to, const std::vector<Frame>& frames) {
     test::write_color_png(folder(to, "fuzz_color") + number + ".png", frames[i].color);
     test::write_color_jpeg(folder(to, "fuzz_color") + number + ".jpg", frames[i].color);
   }
-  for (const bool zipped : {false, true}) {
-    write_bytes(folder(to, "fuzz_images") + (zipped ? "zipped" : "raw"),
-                test::encode(test::images(7, fuzz::kWidth, fuzz::kHeight, 1000, zipped)));
-  }
+  write_images(folder(to, "fuzz_images"), frames.front());
 }
 
 }  // namespace

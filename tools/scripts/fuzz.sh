@@ -14,11 +14,12 @@ cmake --preset fuzz
 cmake --build --preset fuzz
 corpus=build/fuzz/corpus
 found=build/fuzz/found
+TIMEFORMAT='%U s of processor time'
 mkdir -p "$corpus/fuzz_config" "$found"
 build/fuzz/tests/fuzz/make_corpus "$corpus"
 cp config/*.toml config/cameras/*.toml "$corpus/fuzz_config/"
 for fuzzer in "${fuzzers[@]}"; do
   echo "== $fuzzer"
-  "build/fuzz/tests/fuzz/$fuzzer" "$corpus/$fuzzer" -artifact_prefix="$found/$fuzzer-" -max_total_time="$seconds" \
+  time "build/fuzz/tests/fuzz/$fuzzer" "$corpus/$fuzzer" -artifact_prefix="$found/$fuzzer-" -max_total_time="$seconds" \
     -max_len=20000 -timeout=10 -rss_limit_mb=1024 -print_final_stats=1 -verbosity=0 2>&1 | tail -n 12
 done

@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "drivers/replay/replay_source.hpp"
 #include "tests/support/sequence_writer.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -133,6 +135,23 @@ TEST_F(KlgReplay, TimeThatGoesBackIsBad) {
   EXPECT_EQ(source->read(buffers.frame, 0), ReadStatus::kBad);
   EXPECT_THAT(source->message(), HasSubstr("time stamp does not go forward"));
   EXPECT_EQ(source->read(buffers.frame, 0), ReadStatus::kFrame);
+}
+
+// Multiplied without a look they overflow (found by fuzzing).
+TEST_F(KlgReplay, TimesThatNanosecondsCannotHoldAreBad) {
+  constexpr std::int64_t kLowest = std::numeric_limits<std::int64_t>::min();
+  constexpr std::int64_t kHighest = std::numeric_limits<std::int64_t>::max();
+  for (const std::int64_t time_us :
+       {kLowest, kLowest / 1000 - 1, std::int64_t{-1}, kHighest / 1000 + 1, kHighest}) {
+    std::vector<KlgFrame> frames = three_frames();
+    frames[0].timestamp_us = time_us;
+    const auto source = open(frames);
+    ASSERT_NE(source, nullptr);
+    FrameBuffers buffers(source->info());
+    EXPECT_EQ(source->read(buffers.frame, 0), ReadStatus::kBad) << time_us;
+    EXPECT_THAT(source->message(), HasSubstr("time stamp"));
+    EXPECT_EQ(source->read(buffers.frame, 0), ReadStatus::kFrame) << time_us;
+  }
 }
 
 TEST_F(KlgReplay, MissingAndEmptyFilesAreErrors) {
