@@ -265,6 +265,18 @@ bool MapScorer::explains_pair_best(FragmentId i, FragmentId j, const Se3& T_i_j_
                      [&](const Se3& other) { return rendered_pair_against(i, j, other) < 0; });
 }
 
+int MapScorer::better_for_pair(FragmentId i, FragmentId j, const Se3& T_i_j_first,
+                               Span<const Se3> T_i_j_others) const {
+  render_pair(i, j, T_i_j_first);
+  int best = -1;
+  double most = 0;
+  for (std::size_t k = 0; k < T_i_j_others.size(); ++k) {
+    const double better_by = rendered_pair_against(i, j, T_i_j_others[k]);
+    if (better_by > most) most = better_by, best = static_cast<int>(k);
+  }
+  return best;
+}
+
 Eigen::Vector3d MapScorer::centroid(FragmentId f) const {
   return fragments_[f.index()].center.cast<double>();
 }

@@ -106,6 +106,10 @@ class MapScorer {
   [[nodiscard]] bool explains_pair_best(FragmentId i, FragmentId j, const Se3& T_i_j_first,
                                         Span<const Se3> T_i_j_others) const;
 
+  /// Which of the others explains them best, where that is better than the first does; −1: none does.
+  [[nodiscard]] int better_for_pair(FragmentId i, FragmentId j, const Se3& T_i_j_first,
+                                    Span<const Se3> T_i_j_others) const;
+
   /// Mean position of a fragment's discs, fragment frame.
   [[nodiscard]] Eigen::Vector3d centroid(FragmentId f) const;
 

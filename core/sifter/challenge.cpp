@@ -7,6 +7,7 @@ namespace loopsift {
 namespace {
 
 constexpr double kImageStep_rad = 0.1;
+constexpr double kDescentStep = 2.0 / 3.0;  // of the image step
 
 }  // namespace
 
@@ -41,6 +42,20 @@ std::vector<Se3> challengers(const Se3& T_i_j, const ChallengeStep& step, const 
   return motions;
 }
 
+bool is_at_its_best(const MapScorer& scorer, const Loop& loop) {
+  const Eigen::Vector3d centroid_j = scorer.centroid(loop.j);
+  const ChallengeStep whole = image_step(scorer);
+  const ChallengeStep step{kDescentStep * whole.distance_m, kDescentStep * whole.angle_rad};
+  Se3 T_i_j = loop.T_i_j;
+  for (int moves = 0; moves < 2; ++moves) {
+    const std::vector<Se3> next = challengers(T_i_j, step, centroid_j);
+    const int better = scorer.better_for_pair(loop.i, loop.j, T_i_j, next);
+    if (better < 0) return true;
+    T_i_j = next[static_cast<std::size_t>(better)];
+  }
+  return false;
+}
+
 bool withstands_challenge(const MapScorer& scorer, const Loop& loop, Span<const Se3> T_map_fragment,
                           bool joined) {
   const Se3 T_i_j_map = T_map_fragment[loop.i.index()].inverse() * T_map_fragment[loop.j.index()];
@@ -50,7 +65,9 @@ bool withstands_challenge(const MapScorer& scorer, const Loop& loop, Span<const 
     return scorer.explains_pair_best(loop.i, loop.j, loop.T_i_j, motions);
   };
   if (!beats(challengers(loop.T_i_j, near, centroid_j))) return false;
-  return !joined || far.distance_m <= near.distance_m || beats(challengers(loop.T_i_j, far, centroid_j));
+  const bool far_ones_count = joined && far.distance_m > near.distance_m;
+  if (far_ones_count && !beats(challengers(loop.T_i_j, far, centroid_j))) return false;
+  return is_at_its_best(scorer, loop);
 }
 
 }  // namespace loopsift

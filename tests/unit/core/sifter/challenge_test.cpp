@@ -75,6 +75,16 @@ TEST(Challenge, TrueLoopsWithstandAndNearMissesDoNot) {
         << e.transpose();
 }
 
+// Off by a shift and a turn together, of which neither alone makes it better by a whole step.
+TEST(Challenge, ADescentLeadsAwayFromANearMissAndNotFromATrueLoop) {
+  const FragmentWorld world;
+  const Sifting sifting(world);
+  for (const Loop& loop : test::true_loops(world))
+    EXPECT_TRUE(is_at_its_best(*sifting.scorer, loop)) << loop.id.value;
+  for (const Vector6d& e : {error(0.2, 0, -0.15, 0.12), error(-0.2, 0.05, 0.15, -0.12), error(0, 0, 0.3, 0)})
+    EXPECT_FALSE(is_at_its_best(*sifting.scorer, world.loop(10, 0, 6, e))) << e.transpose();
+}
+
 TEST(Challenge, ALoopThatSharesNoPixelIsNotBelieved) {
   const FragmentWorld world;
   const Sifting sifting(world);
