@@ -83,9 +83,9 @@ OptionSection depth_calibration_section(DepthCalibrationOptions& o) {
                &o.sigma_per_m,
                "of each coefficient of the inverse depth's error before anything was seen, 1/m",
                {kTiny, 1}},
-              {"correlated_pixels",
-               &o.correlated_pixels,
-               "pixels that err together; divides what a pair of frames says",
+              {"caution",
+               &o.caution,
+               "how much less, as a variance, pairs of frames are trusted than their scatter allows",
                {1, 1e6}},
               {"memory", &o.memory, "weight of all that was seen before, with each pair", {0.5, 1}},
           }};

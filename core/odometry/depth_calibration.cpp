@@ -2,6 +2,8 @@
 #include "core/odometry/depth_calibration.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 
 #include "core/base/simd.hpp"
@@ -20,6 +22,9 @@ constexpr float kSigmas = 2.0F;     // depth noise of two reduced frames, with w
 constexpr float kStudentNu = 5.0F;
 constexpr int kMinPartners = 2000;
 constexpr float kFloorM = 0.0012F, kSlope = 0.003F;
+constexpr double kLeastShare = 1e-3;      // of a pair's information; directions with less are left out
+constexpr double kFirstVariance = 50.0;   // of pairs, before their scatter is known …
+constexpr double kFirstDirections = 9.0;  // … worth as much as one pair
 
 struct Block {
   alignas(32) float J[kColumns][kBlock], r[kBlock], w[kBlock];
@@ -143,7 +148,7 @@ Status validate(const DepthCalibrationOptions& o) {
     return Error{ErrorCode::kUsage, std::string("depth_calibration.") + key + " must be " + range};
   };
   if (!(o.sigma_per_m > 0)) return out_of_range("sigma_per_m", "more than 0");
-  if (!(o.correlated_pixels >= 1)) return out_of_range("correlated_pixels", "1 or more");
+  if (!(o.caution >= 1)) return out_of_range("caution", "1 or more");
   if (!(o.memory > 0 && o.memory <= 1)) return out_of_range("memory", "above 0 and at most 1");
   return {};
 }
@@ -156,14 +161,39 @@ bool DepthCalibration::add_pair(const Keyframe& key, const Frame& frame, const S
   Information information;
   DisparityCoefficients gradient;
   pair.eliminate_pose(&information, &gradient);
-  const auto memory = static_cast<double>(options_.memory);
-  const double thinning = 1.0 / static_cast<double>(options_.correlated_pixels);
-  information_ = memory * information_ + thinning * information;
-  gradient_ = memory * gradient_ + thinning * gradient;
+  add(information, gradient);
+  const double thinning = 1.0 / (static_cast<double>(options_.caution) * variance());
   const double prior = 1.0 / std::pow(static_cast<double>(options_.sigma_per_m), 2);
-  const Information posterior = information_ + prior * Information::Identity();
-  coefficients_ = posterior.ldlt().solve(gradient_);
+  const Information posterior = thinning * information_ + prior * Information::Identity();
+  coefficients_ = posterior.ldlt().solve(thinning * gradient_);
   return true;
+}
+
+// In the directions of which the pair says something: H, g = H ĉ and ĉᵀ H ĉ for its own estimate ĉ.
+void DepthCalibration::add(const Information& information, const DisparityCoefficients& gradient) {
+  const Eigen::SelfAdjointEigenSolver<Information> eigen(information);
+  const auto memory = static_cast<double>(options_.memory);
+  information_ *= memory;
+  gradient_ *= memory;
+  squares_ *= memory;
+  directions_ *= memory;
+  for (int k = 0; k < kDisparityTerms; ++k) {
+    const double known = eigen.eigenvalues()[k];
+    if (known < kLeastShare * eigen.eigenvalues()[kDisparityTerms - 1]) continue;
+    const DisparityCoefficients direction = eigen.eigenvectors().col(k);
+    const double along = direction.dot(gradient);
+    information_ += known * direction * direction.transpose();
+    gradient_ += along * direction;
+    squares_ += along * along / known;
+    directions_ += 1.0;
+  }
+}
+
+// Σ (ĉ − c)ᵀ H (ĉ − c) over the directions: 1 if every pixel erred by itself as the sensor's noise says.
+double DepthCalibration::variance() const {
+  const double scatter =
+      squares_ - 2.0 * coefficients_.dot(gradient_) + coefficients_.dot(information_ * coefficients_);
+  return (std::max(0.0, scatter) + kFirstDirections * kFirstVariance) / (directions_ + kFirstDirections);
 }
 
 }  // namespace loopsift

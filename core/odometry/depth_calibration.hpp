@@ -17,9 +17,10 @@ namespace loopsift {
 
 struct DepthCalibrationOptions {
   bool enabled = true;
-  float sigma_per_m = 0.002F;        ///< of each coefficient before anything was seen, 1/m
-  float correlated_pixels = 300.0F;  ///< pixels that err together; divides the information of a pair
-  float memory = 0.98F;              ///< weight of all that was seen, when a pair comes in
+  float sigma_per_m = 0.002F;  ///< of each coefficient before anything was seen, 1/m
+  float caution = 6.0F;  ///< errors that pairs have in common do not show in their scatter: it is taken to be
+                         ///< this many times larger, as a variance
+  float memory = 0.98F;  ///< weight of all that was seen, when a pair comes in
 };
 [[nodiscard]] Status validate(const DepthCalibrationOptions& options);
 
@@ -33,9 +34,14 @@ class DepthCalibration {
  private:
   using Information = Eigen::Matrix<double, kDisparityTerms, kDisparityTerms>;
 
+  void add(const Information& information, const DisparityCoefficients& gradient);
+  // What pairs scatter about the coefficients, in units of their own claim.
+  [[nodiscard]] double variance() const;
+
   DepthCalibrationOptions options_;
   Information information_ = Information::Zero();
   DisparityCoefficients gradient_ = DisparityCoefficients::Zero();  // information · coefficients
+  double squares_ = 0, directions_ = 0;  // Σ ĉᵀ H ĉ of the pairs' own estimates, and their number
   DisparityCoefficients coefficients_ = DisparityCoefficients::Zero();
 };
 
