@@ -104,7 +104,8 @@ IcpResult refine(const IcpOptions& options, const IcpTarget& target, const Regis
   result.residual_m = static_cast<float>(std::sqrt(system.squared_residuals / system.partners));
   const double variance_factor = std::max(1.0, 2.0 * system.cost / system.partners);
   result.information = system.H / (variance_factor * static_cast<double>(options.correlated_pairs));
-  result.ok = result.T_target_source.is_valid() && is_determined(options, result.information);
+  result.fits = result.T_target_source.is_valid();
+  result.ok = result.fits && is_determined(options, result.information);
   return result;
 }
 

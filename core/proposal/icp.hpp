@@ -42,7 +42,8 @@ struct IcpTarget {
 };
 
 struct IcpResult {
-  bool ok = false;  ///< false: too few partners, or a motion that the partners do not determine
+  bool ok = false;    ///< false: too few partners, or a motion that the partners do not determine
+  bool fits = false;  ///< false: too few partners; where they do not determine the motion it is the start's
   Se3 T_target_source;
   int partners = 0;      ///< of all source points, within the last stage's distance
   float residual_m = 0;  ///< RMS of the point-to-plane distances of the partners

@@ -176,11 +176,11 @@ void Proposer::find_motions(const Entry& newest, const Entry& earlier) {
 }
 
 /// Appends a result as a loop unless it is weak or the pair already has that motion.
-void Proposer::keep(const IcpResult& result, FragmentId earlier, FragmentId newest, std::size_t first_of_pair,
-                    std::vector<Loop>* out) {
+void Proposer::keep(const IcpResult& result, bool good_enough, FragmentId earlier, FragmentId newest,
+                    std::size_t first_of_pair, std::vector<Loop>* out) {
   const auto smaller = static_cast<float>(std::min(source_cloud_.size(), target_cloud_.size()));
   const float overlap = std::min(1.0F, static_cast<float>(result.partners) / smaller);
-  if (!result.ok || overlap < options_.min_overlap) return;
+  if (!good_enough || overlap < options_.min_overlap) return;
   Loop loop;
   loop.i = earlier;
   loop.j = newest;
@@ -211,7 +211,7 @@ void Proposer::try_pair(const Candidate& candidate, const Entry& newest, Span<co
     const IcpResult result = refine(options_.icp, target, source_cloud_, h.T_target_source);
     if (result.ok && result.partners > best.partners) best = result;
   }
-  keep(best, i, j, first_of_pair, out);
+  keep(best, best.ok, i, j, first_of_pair, out);
 
   if (j.index() >= T_map_fragment.size()) return;
   const auto target_entry = static_cast<std::size_t>(&newest - entries_.data());
@@ -219,7 +219,8 @@ void Proposer::try_pair(const Candidate& candidate, const Entry& newest, Span<co
   tried_.set(candidate.entry, target_entry, T_j_i);
   if (candidate.expected_overlap < options_.min_expected_overlap) return;
   ++counts_.estimates_tried;
-  keep(refine(options_.icp, target, source_cloud_, T_j_i), i, j, first_of_pair, out);
+  const IcpResult result = refine(options_.icp, target, source_cloud_, T_j_i);
+  keep(result, result.fits, i, j, first_of_pair, out);
 }
 
 void Proposer::propose(FragmentId newest_id, Span<const Se3> T_map_fragment, Span<const float> drift_m,
@@ -273,7 +274,8 @@ void Proposer::propose_again(Span<const Se3> T_map_fragment, std::vector<Loop>* 
     prepare_target(later);
     if (expected_overlap(earlier, T_j_i, 0.0F) < options_.min_expected_overlap) continue;
     thinner_.thin(earlier.fragment->surfels, &source_cloud_);
-    keep(refine(options_.icp, {&target_cloud_, &field_}, source_cloud_, T_j_i), i, j, out->size(), out);
+    const IcpResult result = refine(options_.icp, {&target_cloud_, &field_}, source_cloud_, T_j_i);
+    keep(result, result.fits, i, j, out->size(), out);
   }
 }
 

@@ -5,8 +5,10 @@
 // evidence, the sifter decides. Deterministic: no random numbers.
 //
 // Each pair is tried from two starts: the current estimate (small drift) and feature matches alone (any
-// drift). Both are refined by ICP; of two results that agree one is kept. A pair is tried from the estimate
-// again once a correction has changed that by more than ICP would have bridged.
+// drift). Both are refined by ICP; of two results that agree one is kept. Where the shared surface does not
+// determine a motion (one wall, a corridor), what the estimate said of it stays, and the loop's information
+// says that it claims nothing there; matches alone would say anything, and are not believed. A pair is tried
+// from the estimate again once a correction has changed that by more than ICP would have bridged.
 //
 // Capacity: max_fragments descriptors, carved from the arena; further fragments are refused and counted.
 // Thread: back. Working buffers grow to the size of the largest fragment and are reused.
@@ -34,7 +36,7 @@ struct ProposalOptions {
   int max_registrations_per_fragment = 32;  ///< pairs tried when a fragment closes; bounds the time it takes
   int max_repeats_per_fragment = 4;    ///< earlier pairs tried again then, because their estimate has changed
   int max_matches = 1024;              ///< feature matches of a pair
-  float min_overlap = 0.25F;           ///< of the smaller fragment's points, to be a proposal at all
+  float min_overlap = 0.2F;           ///< of the smaller fragment's points, to be a proposal at all
   float min_expected_overlap = 0.05F;  ///< below it the current estimate is not tried as a start
   float same_translation_m = 0.03F;    ///< two results nearer than this …
   float same_rotation_rad = 0.03F;     ///< … and this are one proposal: the registration's accuracy
@@ -118,8 +120,8 @@ class Proposer {
   void try_pair(const Candidate& candidate, const Entry& newest, Span<const Se3> T_map_fragment,
                 std::vector<Loop>* out);
   void find_motions(const Entry& newest, const Entry& earlier);
-  void keep(const IcpResult& result, FragmentId earlier, FragmentId newest, std::size_t first_of_pair,
-            std::vector<Loop>* out);
+  void keep(const IcpResult& result, bool good_enough, FragmentId earlier, FragmentId newest,
+            std::size_t first_of_pair, std::vector<Loop>* out);
 
   ProposalOptions options_;
   const std::atomic<bool>* stop_ = nullptr;

@@ -245,9 +245,25 @@ TEST_F(ProposerTest, SurvivesDegenerateFragments) {
   add(bad, Se3());
   add(nothing, Se3());
   add(test::flat_floor(), test::motion(0.1, 0, 0, 0, 0, 0));
-  EXPECT_TRUE(propose_all({}, truth_).empty());
   EXPECT_TRUE(propose_all({}, {}).empty());
+  for (const Loop& loop : propose_all({}, truth_))
+    EXPECT_TRUE(loop.T_i_j.is_valid()) << loop.i.value << '-' << loop.j.value;
   EXPECT_EQ(counts_.fragments, 7);
+}
+
+// One floor says nothing about sliding on it: there the estimate stays, and the loop claims nothing.
+TEST_F(ProposerTest, WhatASharedSurfaceDoesNotDetermineIsTheEstimates) {
+  for (int k = 0; k < 3; ++k) add(test::flat_floor(), Se3());
+  EXPECT_TRUE(propose_all({}, {}).empty()) << "matches alone are not believed";
+  std::vector<Se3> estimate = truth_;
+  estimate[2] = test::motion(0.05, 0.05, 0.04, 0, 0, 0);
+  const std::vector<Loop> loops = propose_all({}, estimate);
+  ASSERT_EQ(loops.size(), 1U);
+  const Eigen::Vector3d t = loops[0].T_i_j.translation(), across = Eigen::Vector3d::UnitZ();
+  EXPECT_NEAR(t.dot(across), 0, 0.01) << "across the floor it is registered";
+  EXPECT_NEAR((t - across * t.dot(across)).norm(), std::hypot(0.05, 0.05), 0.02) << "on it it stays";
+  const Eigen::Matrix3d information = loops[0].information.topLeftCorner<3, 3>();
+  EXPECT_LT(information(0, 0), 0.01 * information(2, 2));
 }
 
 TEST_F(ProposerTest, TriesNoMorePairsThanAllowedAndTheLikelyOnesFirst) {
