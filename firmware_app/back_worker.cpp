@@ -13,6 +13,7 @@
 namespace loopsift {
 namespace {
 
+constexpr std::int64_t kSlice_ns = 800'000'000;  // so that no correction is later than a second
 constexpr int kBlocksPerNode = 4;  // of the graph's factor: one of the odometry, the rest of loops and fill
 
 LoopDecision to_message(Decision decision) {
@@ -145,9 +146,10 @@ void BackWorker::guarded(Work&& work) {
   }
 }
 
-// Sifting goes on until there is nothing left to do, its share for one fragment is used up or, in real time,
-// the next fragment waits; what is left then is done with that one, or at the end. A correction leaves as
-// soon as it is there.
+// Sifting goes on until there is nothing left to do or its share for one fragment is used up; in real time
+// also until a slice of time is over, the next fragment waits, or the run ends and all loops are sifted once
+// more. What is left then is done with the next fragment, or at the end. A correction leaves as soon as it is
+// there.
 void BackWorker::process(std::size_t fragment) {
   const std::int64_t since_ns = submitted_at_ns_;
   guarded([&] { (void)back_end_.add_fragment(store_.fragments()[fragment]); });
@@ -159,7 +161,7 @@ void BackWorker::process(std::size_t fragment) {
       more = back_end_.work(1);
       if (back_end_.sifter().epoch() != before && !disabled_) announce(true, since_ns);
     });
-    if (options_.realtime && backlog() > 1) break;
+    if (options_.realtime && (backlog() > 1 || ending_ || steady_now_ns() - since_ns > kSlice_ns)) break;
   }
   guarded([&] {
     loops_proposed_ = static_cast<std::int64_t>(back_end_.sifter().records().size());
