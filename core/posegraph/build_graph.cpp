@@ -55,9 +55,9 @@ bool joined(const PoseGraph& graph, int a, int b) {
 std::vector<bool> anchored_fragments(const PoseGraph& graph) {
   std::vector<int> part(graph.T_map_node.size());
   find_parts(graph, part);
-  std::vector<bool> anchored;
-  for (int f = 0; f < graph.fragment_count(); ++f)
-    anchored.push_back(part[static_cast<std::size_t>(graph.first_node[static_cast<std::size_t>(f)])] == 0);
+  std::vector<bool> anchored(static_cast<std::size_t>(graph.fragment_count()));
+  for (std::size_t f = 0; f < anchored.size(); ++f)
+    anchored[f] = part[static_cast<std::size_t>(graph.first_node[f])] == 0;
   return anchored;
 }
 

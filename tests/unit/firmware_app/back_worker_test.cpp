@@ -98,6 +98,46 @@ TEST_F(BackWorkerTest, CorrectionsArriveWithTheirEpoch) {
   EXPECT_EQ(worker.correction_times().count(), 2);
 }
 
+// Loops to each new fragment, and nobody who takes the corrections that follow.
+TEST_F(BackWorkerTest, CorrectionsThatFindTheRingFullAreReplacedByTheLast) {
+  BackWorker& worker = parts_->worker;
+  worker.start();
+  int id = 0;
+  for (std::size_t f = 0; f < 7; ++f) {
+    worker.wait_until_idle();
+    for (int i = 0; i + 2 < static_cast<int>(f); ++i) {
+      const Loop loop = world_.loop(id++, i, static_cast<int>(f) - 1);
+      parts_->back_end.add_loops(Span<const Loop>(&loop, 1));
+    }
+    close_fragment(f);
+  }
+  worker.finish();
+  const auto corrections = static_cast<int>(worker.correction_times().count());
+  const auto ring = static_cast<int>(BackWorker::kCorrections);
+  ASSERT_GT(corrections, ring);
+  EXPECT_EQ(worker.pools()[0].name, "back/corrections");
+  EXPECT_EQ(worker.pools()[0].high_water, ring);
+  EXPECT_GT(worker.pools()[0].refused, 0);
+  CorrectionRecord correction;
+  for (int epoch = 1; epoch <= ring; ++epoch) {
+    ASSERT_TRUE(worker.take(&correction));
+    EXPECT_EQ(correction.epoch, epoch);
+  }
+  ASSERT_TRUE(worker.take(&correction));
+  EXPECT_EQ(correction.epoch, corrections) << "the last one says all that those before it said";
+  EXPECT_FALSE(worker.take(&correction));
+}
+
+TEST_F(BackWorkerTest, MoreOrdersToSaveThanMayWaitAreRefused) {
+  BackWorker& worker = parts_->worker;  // not started: they wait
+  for (std::size_t k = 0; k < BackWorker::kSaves; ++k) EXPECT_TRUE(worker.request_save({}));
+  EXPECT_FALSE(worker.request_save({}));
+  EXPECT_EQ(worker.pools()[1].name, "back/saves");
+  EXPECT_EQ(worker.pools()[1].refused, 1);
+  worker.start();
+  worker.finish();
+}
+
 // The worker is held inside the back end; the front thread must get through all the same.
 TEST_F(BackWorkerTest, ASlowBackEndHoldsUpNoSubmit) {
   BackWorker& worker = parts_->worker;

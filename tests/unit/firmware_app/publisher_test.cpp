@@ -11,8 +11,10 @@
 
 #include <bot_core/pose_t.hpp>
 #include <bot_frames/update_t.hpp>
+#include <chrono>
 #include <csignal>
 #include <cstdio>
+#include <loopsift/command_t.hpp>
 #include <loopsift/correction_t.hpp>
 #include <loopsift/loop_t.hpp>
 #include <loopsift/pose_t.hpp>
@@ -265,6 +267,51 @@ TEST_F(PublisherTest, AFullRingDropsAndCountsAndNeverWaits) {
   EXPECT_EQ(pool.name, "publisher/corrections");
   EXPECT_EQ(pool.refused, refused);
   EXPECT_EQ(pool.high_water, pool.capacity);
+}
+
+// They come from a log of the bus; nobody takes them.
+TEST_F(PublisherTest, MoreCommandsThanMayWaitAreRefused) {
+  constexpr int kSent = 20;
+  lcm_eventlog_t* log = lcm_eventlog_create(path_.c_str(), "w");
+  ASSERT_NE(log, nullptr);
+  std::string channel = "R2_LOOPSIFT_COMMAND";
+  for (int number = 1; number <= kSent; ++number) {
+    command_t command{};
+    command.utime = std::chrono::duration_cast<std::chrono::microseconds>(
+                        std::chrono::system_clock::now().time_since_epoch())
+                        .count();
+    command.sender = 7;
+    command.number = number;
+    command.command = command_t::PAUSE;
+    std::vector<char> bytes(static_cast<std::size_t>(command.getEncodedSize()));
+    command.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+    lcm_eventlog_event_t event{};
+    event.timestamp = number;
+    event.channellen = static_cast<int>(channel.size());
+    event.datalen = static_cast<int>(bytes.size());
+    event.channel = channel.data();
+    event.data = bytes.data();
+    ASSERT_EQ(lcm_eventlog_write_event(log, &event), 0);
+  }
+  lcm_eventlog_destroy(log);
+  settings_.url = "file://" + path_ + "?mode=r";
+  Arena arena(bytes_);
+  Publisher publisher(settings_, arena);
+  ASSERT_TRUE(publisher.start().ok());
+  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  while (publisher.commands_obeyed() + publisher.commands_refused() < kSent &&
+         std::chrono::steady_clock::now() < until)
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  EXPECT_EQ(publisher.commands_obeyed(), 16);
+  EXPECT_EQ(publisher.commands_refused(), kSent - 16);
+  Command command;
+  int taken = 0;
+  while (publisher.take(&command)) {
+    EXPECT_EQ(command.kind, CommandKind::kPause);
+    ++taken;
+  }
+  EXPECT_EQ(taken, 16) << "the first ones";
+  publisher.stop();
 }
 
 TEST_F(PublisherTest, WithoutLcmItSaysWhatToDoAndStaysSilent) {
