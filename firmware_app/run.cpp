@@ -83,7 +83,7 @@ std::optional<Failure> Run::go(RunControl& control, Progress& progress) {
   wait_for_back(control, &supervisor);
   parts_.front.apply_corrections();
   wait_for_capture();
-  if (source_ended_)
+  if (!capture_.joinable())
     if (const std::string told = parts_.recorder.finish(); !told.empty()) spdlog::info("{}", told);
   stopped_ = control.stop;
   parts_.publisher.stop(stopped_ ? kLastWordsOfAStop_ns : Publisher::kLastWords_ns);
