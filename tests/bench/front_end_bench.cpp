@@ -11,6 +11,7 @@
 #include "core/odometry/depth_calibration.hpp"
 #include "core/odometry/icp.hpp"
 #include "core/odometry/photometric.hpp"
+#include "core/odometry/rotation_alignment.hpp"
 #include "tests/support/analytic_scene.hpp"
 
 namespace loopsift {
@@ -152,6 +153,19 @@ void photometric_iteration(benchmark::State& state) {
   state.counters["pixels"] = static_cast<double>(level.depth_m.size());
 }
 BENCHMARK(photometric_iteration)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
+
+void find_turn(benchmark::State& state) {
+  Scene scene(640);
+  const PinholeCamera& coarsest = scene.preprocessor->coarsest_camera();
+  Arena measuring;
+  const RotationAlignment unused(coarsest, measuring);
+  Arena arena(measuring.used_bytes());
+  RotationAlignment alignment(coarsest, arena);
+  alignment.keep(*scene.frame);
+  for (auto _ : state)
+    benchmark::DoNotOptimize(alignment.find(*scene.frame, so3_exp(Eigen::Vector3d(0, 0.15, 0))));
+}
+BENCHMARK(find_turn)->Unit(benchmark::kMicrosecond);
 
 void calibrate_depth(benchmark::State& state) {
   Scene scene(640);
