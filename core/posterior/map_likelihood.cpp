@@ -44,8 +44,7 @@ void support_nothing(const ImageView<float>& kept) {
 
 MapLikelihood::MapLikelihood(const MapScorer& scorer, Arena& arena) : scorer_(scorer) {
   const PosteriorOptions& options = scorer.options();
-  pixels_ = static_cast<std::size_t>(padded_stride(options.max_view_width)) *
-            static_cast<std::size_t>(options.max_view_height);
+  pixels_ = scorer.image_capacity();
   const std::size_t fragments = static_cast<std::size_t>(options.max_fragments);
   const std::size_t views = fragments * static_cast<std::size_t>(options.max_views_per_fragment);
   store_ = arena.carve<float>("posterior/references", views * kImages * pixels_);

@@ -60,6 +60,8 @@ class MapScorer {
   /// Adds the next fragment (id must equal fragment_count()). False when the store is full: nothing is added.
   [[nodiscard]] bool add(const Fragment& fragment);
   [[nodiscard]] const PosteriorOptions& options() const { return options_; }
+  /// Elements that the image of any view may take, padding included.
+  [[nodiscard]] std::size_t image_capacity() const;
   [[nodiscard]] int fragment_count() const { return static_cast<int>(fragments_.size()); }
   [[nodiscard]] int view_count() const { return static_cast<int>(views_.size()); }
   /// Discs that did not fit max_discs_per_fragment, over all fragments.
@@ -121,7 +123,6 @@ class MapScorer {
     double reach = 0;  // and of the views' cameras
   };
   void add_views(const Fragment& fragment);
-  [[nodiscard]] std::size_t image_capacity() const;
   [[nodiscard]] ImageView<float> layer_for(const ScoredView& view, std::size_t which) const;
   void render_pair(FragmentId i, FragmentId j, const Se3& T_i_j) const;
   void render_pair_view(const ScoredView& view, FragmentId i, FragmentId j, const Se3& T_i_j,
