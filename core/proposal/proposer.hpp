@@ -36,7 +36,7 @@ struct ProposalOptions {
   int max_registrations_per_fragment = 32;  ///< pairs tried when a fragment closes; bounds the time it takes
   int max_repeats_per_fragment = 4;    ///< earlier pairs tried again then, because their estimate has changed
   int max_matches = 1024;              ///< feature matches of a pair
-  float min_overlap = 0.2F;           ///< of the smaller fragment's points, to be a proposal at all
+  float min_overlap = 0.2F;            ///< of the smaller fragment's points, to be a proposal at all
   float min_expected_overlap = 0.05F;  ///< below it the current estimate is not tried as a start
   float same_translation_m = 0.03F;    ///< two results nearer than this …
   float same_rotation_rad = 0.03F;     ///< … and this are one proposal: the registration's accuracy
