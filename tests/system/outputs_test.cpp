@@ -127,7 +127,8 @@ TEST_F(Outputs, RunJsonHoldsEveryPublishedKey) {
     add(std::string("latency_ms/") + stage, "p50 p99 max count quantiles");
   add("loops", "proposed scored tested accepted revoked dropped pending");
   add("dmp", "odometry final views");
-  add("memory", "budget_bytes cap_bytes peak_rss_bytes camera_library_heap_calls fence_peak_bytes fence_refusals");
+  add("memory",
+      "budget_bytes cap_bytes peak_rss_bytes camera_library_heap_calls fence_peak_bytes fence_refusals");
   add("memory/heap_calls_after_seal", "capture front publish");
   for (const std::string& key : keys)
     EXPECT_TRUE(figures.contains(nlohmann::json::json_pointer("/" + key))) << key;

@@ -34,8 +34,7 @@ TEST(RunReport, TheKeysAreTheDocumentedOnes) {
   EXPECT_THAT(keys(json["dmp"]), UnorderedElementsAre("odometry", "final", "views"));
   EXPECT_THAT(keys(json["memory"]),
               UnorderedElementsAre("budget_bytes", "cap_bytes", "peak_rss_bytes", "heap_calls_after_seal",
-                                   "camera_library_heap_calls",
-                                   "fence_peak_bytes", "fence_refusals"));
+                                   "camera_library_heap_calls", "fence_peak_bytes", "fence_refusals"));
   EXPECT_THAT(keys(json["memory"]["heap_calls_after_seal"]),
               UnorderedElementsAre("capture", "front", "publish"));
 }
