@@ -39,7 +39,11 @@ std::vector<PoolFigures> store_pools(const FragmentStore& store) {
 }
 
 Supervisor::Supervisor(const Settings& settings, View view, Progress& progress)
-    : settings_(settings), view_(std::move(view)), progress_(progress), started_ns_(steady_now_ns()) {}
+    : settings_(settings),
+      view_(std::move(view)),
+      progress_(progress),
+      started_ns_(steady_now_ns()),
+      back_at_work_ns_(started_ns_) {}
 
 void Supervisor::ready() { service_.notify("READY=1"); }
 

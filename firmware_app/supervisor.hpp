@@ -70,8 +70,8 @@ class Supervisor {
   Progress& progress_;
   ServiceManager service_;
   std::int64_t started_ns_;
+  std::int64_t back_at_work_ns_;  // the back thread was last seen at work, or without any
   std::int64_t health_told_ns_ = 0;
-  std::int64_t back_at_work_ns_ = 0;  // the back thread was last seen at work, or without any
   RunState told_state_ = RunState::kStarting;
   bool finishing_ = false, front_hang_told_ = false, back_end_told_ = false;
 };

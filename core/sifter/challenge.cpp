@@ -8,6 +8,7 @@ namespace {
 
 constexpr double kImageStep_rad = 0.1;
 constexpr double kDescentStep = 2.0 / 3.0;  // of the image step
+constexpr int kMostMoves = 8;               // of a descent; more are no way to a best near by
 
 }  // namespace
 
@@ -47,11 +48,13 @@ bool is_at_its_best(const MapScorer& scorer, const Loop& loop) {
   const ChallengeStep whole = image_step(scorer);
   const ChallengeStep step{kDescentStep * whole.distance_m, kDescentStep * whole.angle_rad};
   Se3 T_i_j = loop.T_i_j;
-  for (int moves = 0; moves < 2; ++moves) {
+  for (int moves = 0; moves < kMostMoves; ++moves) {
     const std::vector<Se3> next = challengers(T_i_j, step, centroid_j);
     const int better = scorer.better_for_pair(loop.i, loop.j, T_i_j, next);
     if (better < 0) return true;
     T_i_j = next[static_cast<std::size_t>(better)];
+    const ChallengeStep away = correction_step(T_i_j, loop.T_i_j, centroid_j);
+    if (away.distance_m > whole.distance_m || away.angle_rad > whole.angle_rad) return false;
   }
   return false;
 }

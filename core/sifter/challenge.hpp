@@ -36,7 +36,7 @@ struct ChallengeStep {
                                            const Eigen::Vector3d& centroid_j);
 
 /// Whether the best motion near the loop is the loop, but for a registration's error: a descent from it, from
-/// challenger to best challenger, ends after one move at most. Two thirds of the image step lead there.
+/// challenger to best challenger by two thirds of the image step, ends no farther away than the image step.
 [[nodiscard]] bool is_at_its_best(const MapScorer& scorer, const Loop& loop);
 
 /// True when the loop is at its best, and every challenger explains the pair's measurements worse

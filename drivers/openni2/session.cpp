@@ -35,7 +35,11 @@ Session::~Session() {
   if (status_.ok()) openni::OpenNI::shutdown();
 }
 
-void Session::keep() { static const Session to_the_end; }
+void Session::keep() {
+  static const auto* to_the_end =
+      new Session;  // never deleted: the end of the process must not shut down either
+  (void)to_the_end;
+}
 
 DeviceWatch::DeviceWatch(std::string uri) : uri_(std::move(uri)) {
   (void)openni::OpenNI::addDeviceDisconnectedListener(this);  // fails only for a listener that is there

@@ -24,7 +24,7 @@ class Session {
   Session& operator=(const Session&) = delete;
   /// Whether OpenNI2 found its drivers.
   [[nodiscard]] const Status& status() const { return status_; }
-  /// Keeps OpenNI2 to the end of the process, for a driver that has told of an unplugged device: it will tell
+  /// Keeps OpenNI2 until the process is gone, for a driver that has told of an unplugged device: it will tell
   /// of the device's return, too, and OpenNI2's shutdown, which waits for the driver's thread with the lock
   /// that the thread needs in order to tell, would hang if it fell into that moment.
   static void keep();
