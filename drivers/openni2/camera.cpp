@@ -92,7 +92,7 @@ Camera::~Camera() {
   recorder_.destroy();
   if (depth_.video.isValid()) depth_.video.stop();
   if (color_.video.isValid()) color_.video.stop();
-  if (watch_ != nullptr && watch_->is_gone()) Session::keep();
+  if (is_recording() || (watch_ != nullptr && watch_->is_gone())) Session::keep();
 }
 
 Status Camera::open_device(const std::string& address) {

@@ -24,9 +24,10 @@ class Session {
   Session& operator=(const Session&) = delete;
   /// Whether OpenNI2 found its drivers.
   [[nodiscard]] const Status& status() const { return status_; }
-  /// Keeps OpenNI2 until the process is gone, for a driver that has told of an unplugged device: it will tell
-  /// of the device's return, too, and OpenNI2's shutdown, which waits for the driver's thread with the lock
-  /// that the thread needs in order to tell, would hang if it fell into that moment.
+  /// Keeps OpenNI2 until the process is gone, for two faults of its shutdown. It waits for a driver's thread
+  /// with the lock that the thread needs in order to tell of a device: a driver that has told of an unplugged
+  /// one will tell of its return, too. And it unloads the driver of recordings while a cancelled thread still
+  /// runs there.
   static void keep();
 
  private:

@@ -29,9 +29,10 @@ void for_each_member(Control& c, Visit visit) {
 
 }  // namespace
 
-CameraControl CameraControl::read(const std::string& path) {
+std::optional<CameraControl> CameraControl::find(const std::string& path) {
   CameraControl control;
   std::ifstream file(path);
+  if (!file) return std::nullopt;
   std::string name;
   while (file >> name) {
     for_each_member(control, [&](const char* known, auto& member) {
@@ -41,9 +42,9 @@ CameraControl CameraControl::read(const std::string& path) {
   return control;
 }
 
-CameraControl CameraControl::read() {
+std::optional<CameraControl> CameraControl::find() {
   const char* path = std::getenv(kControlVariable);
-  return read(path != nullptr ? path : "");
+  return find(path != nullptr ? path : "");
 }
 
 void CameraControl::write(const std::string& path) const {

@@ -2,6 +2,7 @@
 // What the test camera is told: a file of `name value` lines, named by the environment variable
 // LOOPSIFT_TEST_CAMERA, and read again all the time, so that a test can pull the plug.
 #pragma once
+#include <optional>
 #include <string>
 
 namespace loopsift::test {
@@ -24,10 +25,12 @@ struct CameraControl {
   int color_every = 1;           ///< only each of so many frames has a colour image
   double time_offset_s = 0;      ///< added to every device time
 
-  /// Unknown names and a missing file are left out: a test that writes the file may be halfway.
-  [[nodiscard]] static CameraControl read(const std::string& path);
-  /// The control file that the environment names.
-  [[nodiscard]] static CameraControl read();
+  /// Unknown names are left out: a test that writes the file may be halfway.
+  /// Nothing without the file.
+  [[nodiscard]] static std::optional<CameraControl> find(const std::string& path);
+  /// By the control file that the environment names.
+  [[nodiscard]] static std::optional<CameraControl> find();
+  [[nodiscard]] static CameraControl read() { return find().value_or(CameraControl{}); }
   /// Replaces the file in one step.
   void write(const std::string& path) const;
 };
