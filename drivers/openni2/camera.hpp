@@ -32,7 +32,7 @@ class Camera {
   Camera& operator=(const Camera&) = delete;
 
   [[nodiscard]] const SourceInfo& info() const { return info_; }
-  [[nodiscard]] bool is_recording() const { return device_.isFile(); }
+  [[nodiscard]] bool is_recording() const { return device_.isValid() && device_.isFile(); }
   [[nodiscard]] bool has_color() const { return color_.video.isValid(); }
   [[nodiscard]] Stream& depth() { return depth_; }
   [[nodiscard]] Stream& color() { return color_; }
