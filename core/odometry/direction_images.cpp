@@ -11,8 +11,6 @@
 namespace loopsift {
 namespace {
 
-constexpr float kLeastDifference = 1e-3F;  // of logarithms: a thousandth of what is compared
-
 // Pixels of the present image to (homogeneous) pixels of the kept one: K R K⁻¹, rows first.
 struct Homography {
   float h[9];

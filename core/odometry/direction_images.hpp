@@ -22,6 +22,9 @@ struct DirectionImages {
 /// The most pixels that compare_turned takes.
 inline constexpr int kMostTurnedPixels = 24 * 24;
 
+/// No mean difference counts for less: a thousandth of what is compared.
+inline constexpr float kLeastDifference = 1e-3F;
+
 /// Mean absolute differences, less their mean, of the channels of kept and present under a turn, pixels
 /// nearest; −1 for a channel of which less than half can be compared.
 struct TurnDifference {

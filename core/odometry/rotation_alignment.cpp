@@ -18,8 +18,7 @@ constexpr int kColumns = 4;                    // three of the turn, one of the 
 constexpr int kSums = sum_count(kColumns, 3);  // and weight, weighted squares, pixels
 constexpr int kFirstScalar = kSums - 3;
 constexpr int kIterations = 10;
-constexpr double kConverged = 1e-3;        // radians
-constexpr float kLeastDifference = 1e-3F;  // of logarithms: a thousandth of what is compared
+constexpr double kConverged = 1e-3;  // radians
 constexpr float kStudentNu = 5.0F;
 
 // Negative log-likelihood per pixel under Laplace's distribution of unknown width; infinity if nothing
