@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A camera of another program: lcm_camera URL BURSTS FRAMES PAUSE_MS renders a walk through a room and sends
-// it at 30 Hz, in bursts of FRAMES images with pauses between them, on CAMERA (bot_core.images_t) and, just
+// A camera of another program: lcm_camera URL BURSTS FRAMES PAUSE_MS renders FRAMES images of a walk through
+// a room and sends them at 30 Hz, BURSTS times with pauses between, on CAMERA (bot_core.images_t) and, just
 // after each image, where it was on BODY (bot_core.pose_t).
 #include <lcm/lcm.h>
 
@@ -65,24 +65,26 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: lcm_camera URL BURSTS FRAMES PAUSE_MS\n");
     return 2;
   }
-  const int bursts = std::atoi(argv[2]), frames = std::atoi(argv[3]), pause_ms = std::atoi(argv[4]);
+  const int bursts = std::atoi(argv[2]), pause_ms = std::atoi(argv[4]);
+  const auto frames = static_cast<std::size_t>(std::atoi(argv[3]));
   const SourceOptions plain;
   const auto sequence = make_synth_sequence("room?width=160&height=120", plain);
   const auto renderer = SequenceRenderer::create(*sequence);
   lcm_t* lcm = lcm_create(argv[1]);
   if (!renderer.ok() || lcm == nullptr) return 1;
   std::vector<bot_core::images_t> images;
-  for (int k = 0; k < bursts * frames; ++k) images.push_back(render(**renderer, static_cast<std::size_t>(k)));
+  for (std::size_t k = 0; k < frames; ++k) images.push_back(render(**renderer, k));
   bool sent = true;
-  for (int k = 0; k < bursts * frames; ++k) {
-    const auto due = Clock::now() + std::chrono::microseconds(33'333);
-    auto& message = images[static_cast<std::size_t>(k)];
-    message.utime = wall_us();
-    sent = send(lcm, "CAMERA", message) && sent;
-    const Se3& T = sequence->trajectory.poses[static_cast<std::size_t>(k)].T_world_camera;
-    sent = send(lcm, "BODY", body_pose(T, message.utime)) && sent;
-    std::this_thread::sleep_until(due);
-    if ((k + 1) % frames == 0) std::this_thread::sleep_for(std::chrono::milliseconds(pause_ms));
+  for (int burst = 0; burst < bursts; ++burst) {
+    for (std::size_t k = 0; k < frames; ++k) {
+      const auto due = Clock::now() + std::chrono::microseconds(33'333);
+      images[k].utime = wall_us();
+      sent = send(lcm, "CAMERA", images[k]) && sent;
+      const Se3& T = sequence->trajectory.poses[k].T_world_camera;
+      sent = send(lcm, "BODY", body_pose(T, images[k].utime)) && sent;
+      std::this_thread::sleep_until(due);
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(pause_ms));
   }
   lcm_destroy(lcm);
   return sent ? 0 : 1;
