@@ -204,6 +204,11 @@ void BackWorker::finish_thoroughly() {
   if (disabled_) return;
   if (outside_loops_.left_out() > 0)
     spdlog::warn("{} loops of other programs fit no two pieces of the map", outside_loops_.left_out());
+  if (back_end_.registrations_refused() > 0)
+    spdlog::warn(
+        "{} times a fragment was not registered to all that it could have been: memory ran out "
+        "(memory.back_heap_mib)",
+        back_end_.registrations_refused());
   const auto go_on = [this] {
     if (options_.monitor != nullptr) options_.monitor->get_on(steady_now_ns());
     return !quick_ && !disabled_;

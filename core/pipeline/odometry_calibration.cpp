@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kMedianChi2 = 5.348;    // of six degrees of freedom
 constexpr double kLeastFactor = 1e-6;    // an odometry without any error must not divide by zero
-constexpr int kMaxFieldCells = 1 << 20;  // 6 MiB; larger fragments get larger cells
+constexpr int kMaxFieldCells = 1 << 20;  // 4 MiB; larger fragments get larger cells
 
 // Covariance of the odometry's motion from one fragment's reference node to the next one's: the edges
 // between, carried into the last node by the adjoint.

@@ -51,41 +51,33 @@ void normalise(Fpfh* f) {
 
 }  // namespace
 
-void FpfhExtractor::collect_neighbours(const RegistrationCloud& cloud) {
-  index_.build(cloud.points, options_.radius_m);
-  // Counted first: a list that grew would be held twice on the way.
-  std::size_t count = 0;
-  for (const Eigen::Vector3f& p : cloud.points)
-    index_.for_each_within(p, options_.radius_m, [&](std::uint32_t, float) { ++count; });
-  if (neighbours_.capacity() < count) std::vector<std::uint16_t>().swap(neighbours_);
-  neighbours_.reserve(count);
-  starts_.assign(1, 0);
-  neighbours_.clear();
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    index_.for_each_within(cloud.points[i], options_.radius_m, [&](std::uint32_t j, float d2) {
-      if (j != i && d2 > 0) neighbours_.push_back(static_cast<std::uint16_t>(j));
-    });
-    starts_.push_back(neighbours_.size());
-  }
+/// Calls f(index, squared distance) for every other point in the neighbourhood. Looked up anew each time:
+/// kept as lists, the neighbourhoods would take more memory than all the rest.
+template <class F>
+void FpfhExtractor::for_each_neighbour(const RegistrationCloud& cloud, std::size_t point, F f) const {
+  index_.for_each_within(cloud.points[point], options_.radius_m, [&](std::uint32_t other, float d2) {
+    if (other != point && d2 > 0) f(static_cast<std::size_t>(other), d2);
+  });
 }
 
 void FpfhExtractor::accumulate_simplified(const RegistrationCloud& cloud) {
   simplified_.assign(cloud.size(), Fpfh{});
+  neighbour_counts_.assign(cloud.size(), 0);
   for (std::size_t i = 0; i < cloud.size(); ++i) {
-    for (std::size_t k = starts_[i]; k < starts_[i + 1]; ++k) {
-      const std::size_t j = neighbours_[k];
+    for_each_neighbour(cloud, i, [&](std::size_t j, float) {
+      ++neighbour_counts_[i];
       int bins[3];
       if (j < i || !pair_bins(cloud.points[i], cloud.normals[i], cloud.points[j], cloud.normals[j], bins))
-        continue;
+        return;
       for (int h = 0; h < 3; ++h) {
         const auto b = static_cast<std::size_t>(h * kFpfhBins + bins[h]);
         simplified_[i][b] += 1;
         simplified_[j][b] += 1;
       }
-    }
+    });
   }
   for (std::size_t i = 0; i < cloud.size(); ++i) {
-    const float count = static_cast<float>(std::max<std::size_t>(1, starts_[i + 1] - starts_[i]));
+    const auto count = static_cast<float>(std::max(1, neighbour_counts_[i]));
     for (float& b : simplified_[i]) b /= count;
   }
 }
@@ -94,12 +86,12 @@ void FpfhExtractor::accumulate_simplified(const RegistrationCloud& cloud) {
 Fpfh FpfhExtractor::weighted(const RegistrationCloud& cloud, std::size_t point) const {
   Fpfh f{};
   float sum = 0;
-  for (std::size_t k = starts_[point]; k < starts_[point + 1]; ++k) {
-    const Fpfh& s = simplified_[neighbours_[k]];
-    const float weight = 1.0F / (cloud.points[neighbours_[k]] - cloud.points[point]).squaredNorm();
+  for_each_neighbour(cloud, point, [&](std::size_t j, float d2) {
+    const Fpfh& s = simplified_[j];
+    const float weight = 1.0F / d2;
     sum += weight;
     for (std::size_t d = 0; d < f.size(); ++d) f[d] += weight * s[d];
-  }
+  });
   for (std::size_t d = 0; d < f.size(); ++d) f[d] = f[d] / std::max(sum, 1e-12F) + simplified_[point][d];
   normalise(&f);
   return f;
@@ -130,10 +122,14 @@ void FpfhExtractor::extract(const RegistrationCloud& cloud, Keypoints* keypoints
   keypoints->points.clear();
   keypoints->features.clear();
   keypoints->mean = {};
-  collect_neighbours(cloud);
+  if (keypoints->features.capacity() < cloud.size()) {  // a list that grew would be held twice on the way
+    std::vector<Fpfh>().swap(keypoints->features);
+    keypoints->features.reserve(cloud.size());
+  }
+  index_.build(cloud.points, options_.radius_m);
   accumulate_simplified(cloud);
   for (std::size_t i = 0; i < cloud.size(); ++i) {
-    if (starts_[i + 1] - starts_[i] < static_cast<std::size_t>(options_.min_neighbours)) continue;
+    if (neighbour_counts_[i] < options_.min_neighbours) continue;
     keypoints->points.push_back(static_cast<std::uint16_t>(i));
     keypoints->features.push_back(weighted(cloud, i));
     for (std::size_t d = 0; d < keypoints->mean.size(); ++d)

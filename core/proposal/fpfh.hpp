@@ -38,16 +38,16 @@ class FpfhExtractor {
   void extract(const RegistrationCloud& cloud, Keypoints* keypoints);
 
  private:
-  void collect_neighbours(const RegistrationCloud& cloud);
+  template <class F>
+  void for_each_neighbour(const RegistrationCloud& cloud, std::size_t point, F f) const;
   void accumulate_simplified(const RegistrationCloud& cloud);
   [[nodiscard]] Fpfh weighted(const RegistrationCloud& cloud, std::size_t point) const;
   void keep_distinctive(Keypoints* keypoints);
 
   FpfhOptions options_;
   RadiusIndex index_;
-  std::vector<std::size_t> starts_;        ///< first neighbour of each point, and the end
-  std::vector<std::uint16_t> neighbours_;  ///< a cloud has at most 65534 points
-  std::vector<Fpfh> simplified_;           ///< SPFH: bin counts of each point's own pairs
+  std::vector<int> neighbour_counts_;
+  std::vector<Fpfh> simplified_;  ///< SPFH: bin counts of each point's own pairs
   std::vector<float> distinctiveness_;
   std::vector<std::size_t> order_;
 };

@@ -46,7 +46,7 @@ void NearestField::build(Span<const Eigen::Vector3f> points, float reach_m, floa
   inverse_cell_ = 1.0F / box_.cell_m;
   limit_ = box_.size.cast<float>();
   cells_.assign(box_.cell_count(), kNone);
-  squared_distances_.assign(box_.cell_count(), std::numeric_limits<float>::max());
+  squared_distances_.assign(box_.cell_count(), std::numeric_limits<std::uint16_t>::max());
   const std::size_t count = std::min<std::size_t>(points.size(), kNone);
   for (std::size_t i = 0; i < count; ++i) seed(points[i], static_cast<std::uint16_t>(i), reach_m);
 }
@@ -54,6 +54,8 @@ void NearestField::build(Span<const Eigen::Vector3f> points, float reach_m, floa
 void NearestField::seed(const Eigen::Vector3f& p, std::uint16_t index, float reach_m) {
   const Eigen::Array3i low = box_.cell_of(p - Eigen::Vector3f::Constant(reach_m)).max(0);
   const Eigen::Array3i high = box_.cell_of(p + Eigen::Vector3f::Constant(reach_m)).min(box_.size - 1);
+  constexpr float kFarthest = std::numeric_limits<std::uint16_t>::max() - 1;  // nearer than no point at all
+  const float unit = 0.5F * kFarthest / (reach_m * reach_m);
   const Eigen::Vector3f to_first_centre = box_.origin + (low.cast<float>() + 0.5F).matrix() * box_.cell_m - p;
   for (int z = low.z(); z <= high.z(); ++z) {
     const float dz = to_first_centre.z() + static_cast<float>(z - low.z()) * box_.cell_m;
@@ -64,7 +66,7 @@ void NearestField::seed(const Eigen::Vector3f& p, std::uint16_t index, float rea
       const std::size_t first = box_.index({low.x(), y, z});
       for (int x = 0; x <= high.x() - low.x(); ++x) {
         const float dx = to_first_centre.x() + static_cast<float>(x) * box_.cell_m;
-        const float d2 = row + dx * dx;
+        const auto d2 = static_cast<std::uint16_t>(std::min(unit * (row + dx * dx), kFarthest));
         const std::size_t cell = first + static_cast<std::size_t>(x);
         const bool nearer = d2 < squared_distances_[cell];
         squared_distances_[cell] = nearer ? d2 : squared_distances_[cell];

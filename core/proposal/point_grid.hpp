@@ -85,7 +85,7 @@ class NearestField {
   float inverse_cell_ = 0;
   Eigen::Array3f limit_ = Eigen::Array3f::Zero();
   std::vector<std::uint16_t> cells_;
-  std::vector<float> squared_distances_;
+  std::vector<std::uint16_t> squared_distances_;  ///< to the cells' centres, 2 reach² / 65534 units
 };
 
 }  // namespace loopsift

@@ -8,7 +8,7 @@ namespace loopsift {
 namespace {
 
 constexpr float kFieldReach = 0.20F;                 // m, how far a partner is ever looked for
-constexpr int kMaxFieldCells = 1 << 20;              // 6 MiB; larger fragments get larger cells
+constexpr int kMaxFieldCells = 1 << 20;              // 4 MiB; larger fragments get larger cells
 constexpr float kRepeatMotion = 0.5F * kFieldReach;  // of an estimate that is worth another registration
 constexpr float kFeatureUnit = 1 / 255.0F;           // of a stored feature; features lie in [0, 1]
 

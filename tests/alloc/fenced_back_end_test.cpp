@@ -5,6 +5,7 @@
 #include "core/base/heap_watch.hpp"
 #include "tests/support/random_graph.hpp"
 #include "tests/unit/core/pipeline/sifted_world.hpp"
+#include "tests/unit/core/proposal/scene.hpp"
 
 namespace loopsift {
 namespace {
@@ -75,6 +76,45 @@ TEST(FencedBackEnd, ARefusedRegistrationLeavesTheMapAndTheNextOneIsTried) {
   }
   EXPECT_EQ(back_end->registrations_refused(), 6) << "nothing more was refused";
   EXPECT_EQ(back_end->fragment_count(), 7);
+}
+
+/// As many voxels as a cloud may hold, in a space that needs every cell that a field may have.
+test::SurfelCloud largest_fragment() {
+  test::SurfelCloud surfels;
+  test::SurfaceSampler sample(
+      Se3(), [](const Eigen::Vector3d&) { return true; }, &surfels);
+  for (int floor = 0; floor < 8; ++floor) sample.patch({0, 0, 1.2 * floor}, {3, 0, 0.3}, {0, 1.5, 0.2});
+  for (int wall = 0; wall < 4; ++wall) sample.patch({4.0 * wall, 8, 4}, {0, 2, 0}, {0.4, 0, 1.5});
+  for (int box = 0; box < 12; ++box)
+    sample.box({0.9 * box, 4.0 + 0.3 * (box % 3), 0.5 * box}, {0.4, 0.3, 0.5}, 0.4 * box);
+  return surfels;
+}
+
+// The default of memory.back_heap_mib is 20, and lists and solves of others have to fit in, too.
+TEST(FencedProposer, NeedsNoMoreForTheLargestFragmentsThanTheBackThreadHas) {
+  std::vector<test::SurfelCloud> surfels(3, largest_fragment());
+  std::vector<Fragment> fragments(surfels.size());
+  const std::vector<Se3> estimate(surfels.size());
+  const ProposalOptions options;
+  RegistrationCloud thinned;
+  VoxelThinner(options.cloud).thin(surfels[0].span(), &thinned);
+  ASSERT_EQ(thinned.size(), static_cast<std::size_t>(options.cloud.max_points));
+  const test::InArena<Proposer> proposer(options);
+  std::vector<Loop> loops;
+  HeapFence::Figures figures;
+  {
+    const HeapFence fence(256 * kMib, 8 * kMib, &figures);
+    for (std::size_t k = 0; k < surfels.size(); ++k) {
+      fragments[k].id.value = static_cast<std::int32_t>(k);
+      fragments[k].surfels = surfels[k].span();
+      EXPECT_TRUE(within_fence([&] {
+        proposer->add_fragment(fragments[k]);
+        proposer->propose(fragments[k].id, estimate, {}, &loops);
+      })) << k;
+    }
+  }
+  EXPECT_EQ(loops.size(), 1U);
+  EXPECT_GT(figures.peak_bytes, 4 * kMib) << "is the fragment as large as meant?";
 }
 
 }  // namespace
