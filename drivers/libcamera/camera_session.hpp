@@ -13,9 +13,9 @@
 #include <vector>
 
 #include "core/base/result.hpp"
+#include "drivers/libcamera/camera_images.hpp"
 #include "drivers/libcamera/libcamera_options.hpp"
 #include "drivers/libcamera/request_handover.hpp"
-#include "drivers/libcamera/stream_format.hpp"
 
 namespace loopsift {
 
@@ -25,28 +25,17 @@ namespace loopsift {
 /// What the camera calls itself: its model, else its id.
 [[nodiscard]] std::string camera_name(const libcamera::Camera& camera);
 
-/// An image that the camera has filled, the reader's until it is given back.
-struct TakenImage {
-  std::uint32_t request = 0;
-  CameraImage image;
-  std::uint32_t count = 0;        ///< the camera's frame number
-  std::int64_t timestamp_ns = 0;  ///< monotonic clock; 0: none
-  bool damaged = false;           ///< the camera says so, or the image is shorter than its format
-};
-
-class CameraSession {
+class CameraSession final : public CameraImages {
  public:
-  enum class Take { kImage, kTimeout, kLost };
-
   /// Errors: no such camera, in use, a format that it has not or we do not read, no buffers.
   [[nodiscard]] static Expected<std::unique_ptr<CameraSession>> open(const std::string& which,
                                                                      const LibcameraOptions& options);
-  ~CameraSession();
+  ~CameraSession() override;
   CameraSession(const CameraSession&) = delete;
   CameraSession& operator=(const CameraSession&) = delete;
 
-  [[nodiscard]] Take take(int timeout_ms, TakenImage* taken);
-  void give_back(const TakenImage& taken);
+  [[nodiscard]] Take take(int timeout_ms, TakenImage* taken) override;
+  void give_back(const TakenImage& taken) override;
   [[nodiscard]] const libcamera::StreamConfiguration& stream() const { return configuration_->at(0); }
   [[nodiscard]] const libcamera::Camera& camera() const { return *camera_; }
 

@@ -12,9 +12,10 @@ namespace {
 
 class LibcameraSource final : public FrameSource {
  public:
-  LibcameraSource(std::string camera, std::unique_ptr<CameraSession> session, SourceInfo info)
-      : session_(std::move(session)),
-        pixels_(find_stream_format(session_->stream().pixelFormat)),
+  LibcameraSource(std::string camera, std::unique_ptr<CameraImages> images, const StreamPixelFormat& pixels,
+                  SourceInfo info)
+      : images_(std::move(images)),
+        pixels_(pixels),
         name_("libcamera:" + std::move(camera) + ": "),
         info_(std::move(info)) {
     message_.reserve(name_.size() + 128);
@@ -27,8 +28,8 @@ class LibcameraSource final : public FrameSource {
   [[nodiscard]] ReadStatus report(ReadStatus status, const char* problem);
   [[nodiscard]] const char* fill(const TakenImage& taken, RawFrame* frame);
 
-  std::unique_ptr<CameraSession> session_;
-  const StreamPixelFormat* pixels_;
+  std::unique_ptr<CameraImages> images_;
+  const StreamPixelFormat& pixels_;
   std::string name_;  // for messages
   SourceInfo info_;
   FrameCounter counter_;
@@ -44,11 +45,11 @@ ReadStatus LibcameraSource::report(ReadStatus status, const char* problem) {
 ReadStatus LibcameraSource::read(RawFrame& frame, int timeout_ms) {
   message_.clear();
   TakenImage taken;
-  const CameraSession::Take result = session_->take(timeout_ms, &taken);
-  if (result == CameraSession::Take::kTimeout) return ReadStatus::kTimeout;
-  if (result == CameraSession::Take::kLost) return report(ReadStatus::kLost, "the camera is gone");
+  const CameraImages::Take result = images_->take(timeout_ms, &taken);
+  if (result == CameraImages::Take::kTimeout) return ReadStatus::kTimeout;
+  if (result == CameraImages::Take::kLost) return report(ReadStatus::kLost, "the camera is gone");
   const char* problem = fill(taken, &frame);
-  session_->give_back(taken);
+  images_->give_back(taken);
   return problem == nullptr ? ReadStatus::kFrame : report(ReadStatus::kBad, problem);
 }
 
@@ -63,12 +64,17 @@ const char* LibcameraSource::fill(const TakenImage& taken, RawFrame* frame) {
   if (frame->timestamp_ns < 0) return "the frame's time stamp does not go forward";
   const ImageView<Rgb8> color(frame->color_buffer.data(), taken.image.width, taken.image.height);
   assert(frame->color_buffer.size() >= color.size());
-  for (int y = 0; y < color.height; ++y) pixels_->row(taken.image, y, color.row(y));
+  for (int y = 0; y < color.height; ++y) pixels_.row(taken.image, y, color.row(y));
   frame->color = color;
   return nullptr;
 }
 
 }  // namespace
+
+std::unique_ptr<FrameSource> make_libcamera_source(std::string camera, std::unique_ptr<CameraImages> images,
+                                                   const StreamPixelFormat& pixels, SourceInfo info) {
+  return std::make_unique<LibcameraSource>(std::move(camera), std::move(images), pixels, std::move(info));
+}
 
 Expected<std::unique_ptr<FrameSource>> open_libcamera(const std::string& camera,
                                                       const SourceOptions& options) {
@@ -82,8 +88,8 @@ Expected<std::unique_ptr<FrameSource>> open_libcamera(const std::string& camera,
   info.color_height = static_cast<int>(stream.size.height);
   info.nominal_rate_hz = options.libcamera.rate_hz;
   info.live = true;
-  return std::unique_ptr<FrameSource>(
-      std::make_unique<LibcameraSource>(camera, std::move(*session), std::move(info)));
+  const StreamPixelFormat& pixels = *find_stream_format(stream.pixelFormat);  // a session has no other
+  return make_libcamera_source(camera, std::move(*session), pixels, std::move(info));
 }
 
 std::vector<DeviceInfo> list_libcamera_devices() {
