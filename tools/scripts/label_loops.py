@@ -5,7 +5,8 @@
 SEQUENCE is a folder that `loopsift-tool synth SCENE --no-noise --no-distortion --no-color --out SEQUENCE` wrote (a small
 image is enough: SCENE?width=160&height=120). Fragment k is frames 50 k to 50 k + 49, placed at the first of them. Two
 fragments that are no neighbours and overlap by more than 0.3 are a loop, as Choi et al. (2015) label them: the part of the
-one's surface, in 5 cm voxels, that has the other's within about 5 cm. Writes OUT.log and OUT.info (redwood: the true
+one's surface, in 5 cm voxels, that has the other's within about 5 cm. Surface is what the camera of such a scene sees,
+0.4 to 4.5 m away. Writes OUT.log and OUT.info (redwood: the true
 transform, and the information of the shared points)."""
 import argparse
 import itertools
@@ -15,6 +16,7 @@ import numpy as np
 from PIL import Image
 
 FRAGMENT_FRAMES, VOXEL_M, MIN_OVERLAP, EVERY = 50, 0.05, 0.3, 5
+MIN_DEPTH_M, MAX_DEPTH_M = 0.4, 4.5  # of the camera that `loopsift --source synth:SCENE` has
 
 
 def poses(path):
@@ -31,7 +33,7 @@ def poses(path):
 
 def points(image, camera):
     depth = np.asarray(Image.open(image), float) / camera["depth_scale"]
-    v, u = np.nonzero((depth > 0.3) & (depth < 6.0))
+    v, u = np.nonzero((depth > MIN_DEPTH_M) & (depth < MAX_DEPTH_M))
     z = depth[v, u]
     return np.stack([(u - camera["cx"]) / camera["fx"] * z, (v - camera["cy"]) / camera["fy"] * z, z], 1)
 
