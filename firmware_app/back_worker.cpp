@@ -267,6 +267,14 @@ void BackWorker::publish_decisions(std::int64_t timestamp_ns) {
     announced_[k] = now;
     (void)publisher_.publish(to_message(record, timestamp_ns));
   }
+  SiftedLoop dropped;
+  while (back_end_.sifter().take_dropped(&dropped)) {
+    LoopRecord message = to_message(dropped, timestamp_ns);
+    message.decision = LoopDecision::kDropped;
+    std::strncpy(message.reason.data(), "no place for it (sifter.max_loops)", message.reason.size() - 1);
+    message.frame_decided = back_end_.sifter().newest_frame();
+    (void)publisher_.publish(message);
+  }
 }
 
 }  // namespace loopsift

@@ -6,7 +6,8 @@
 namespace loopsift {
 
 LoopList::LoopList(std::size_t max_loops, Arena& arena)
-    : records_(arena.carve<SiftedLoop>("sifter/loops", max_loops)) {
+    : records_(arena.carve<SiftedLoop>("sifter/loops", max_loops)),
+      dropped_loops_(arena.carve<SiftedLoop>("sifter/dropped loops", kDroppedKept)) {
   if (!arena.measuring()) ranking_.reserve(max_loops);
 }
 
@@ -18,16 +19,30 @@ bool LoopList::add(const Loop& loop) {
     records_[newest_] = record;
     return true;
   }
-  ++dropped_;
   const auto lowest = std::find_if(ranking_.rbegin(), ranking_.rend(), [this](std::size_t k) {
     return records_[k].decision != Decision::kAccepted && !records_[k].published;
   });
-  if (lowest == ranking_.rend()) return false;
+  if (lowest == ranking_.rend()) {
+    drop(record);
+    return false;
+  }
   newest_ = *lowest;
+  drop(records_[newest_]);
   records_[newest_] = record;
   const auto from = static_cast<std::size_t>(std::distance(lowest, ranking_.rend())) - 1;
   ranking_.erase(ranking_.begin() + static_cast<std::ptrdiff_t>(from));
   renumber(from);
+  return true;
+}
+
+void LoopList::drop(const SiftedLoop& record) {
+  dropped_loops_[static_cast<std::size_t>(dropped_++) % kDroppedKept] = record;
+}
+
+bool LoopList::take_dropped(SiftedLoop* record) {
+  dropped_taken_ = std::max(dropped_taken_, dropped_ - static_cast<std::int64_t>(kDroppedKept));
+  if (dropped_taken_ == dropped_) return false;
+  *record = dropped_loops_[static_cast<std::size_t>(dropped_taken_++) % kDroppedKept];
   return true;
 }
 

@@ -2,7 +2,8 @@
 // The loops that the sifter knows, in a fixed number of places, and their ranking. In: loops, and their
 // improvements once they are scored. Out: the ranked list, best first. Capacity: max_loops; when it is full
 // the lowest ranked loop that is not accepted gives way, and where none is ranked yet the newcomer is
-// refused; both are counted. Thread: back. Allocates in the constructor only (loops are plain values).
+// refused; both are counted, and the last kDroppedKept of them can be had. Thread: back. Allocates in the
+// constructor only (loops are plain values).
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -15,6 +16,8 @@ namespace loopsift {
 
 class LoopList {
  public:
+  static constexpr std::size_t kDroppedKept = 256;
+
   LoopList(std::size_t max_loops, Arena& arena);
 
   /// False when there was no place.
@@ -38,15 +41,19 @@ class LoopList {
   [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] std::size_t capacity() const { return records_.size(); }
   [[nodiscard]] std::int64_t dropped() const { return dropped_; }
+  /// Next of the dropped loops that nobody took yet, oldest first; of more than kDroppedKept the newest.
+  [[nodiscard]] bool take_dropped(SiftedLoop* record);
 
  private:
   void renumber(std::size_t from);
+  void drop(const SiftedLoop& record);
 
   Span<SiftedLoop> records_;
   std::size_t size_ = 0;
   std::vector<std::size_t> ranking_;
   std::size_t newest_ = 0;
-  std::int64_t dropped_ = 0;
+  Span<SiftedLoop> dropped_loops_;  // a ring
+  std::int64_t dropped_ = 0, dropped_taken_ = 0;
 };
 
 }  // namespace loopsift

@@ -90,6 +90,8 @@ class Sifter {
   /// Loops not decided on the present graph; after finish(), those it did not get to.
   [[nodiscard]] std::int64_t pending() const { return undecided(); }
   [[nodiscard]] std::int64_t dropped() const { return loops_.dropped(); }
+  /// As LoopList::take_dropped.
+  [[nodiscard]] bool take_dropped(SiftedLoop* record) { return loops_.take_dropped(record); }
   [[nodiscard]] std::size_t capacity() const { return loops_.capacity(); }
   /// Times of solves, scores and whole tests.
   [[nodiscard]] const LatencyHistogram& solve_times() const { return solve_times_; }
