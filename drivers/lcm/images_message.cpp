@@ -4,11 +4,12 @@
 #include <array>
 #include <bot_core/images_t.hpp>
 
+#include "drivers/image_limits.hpp"
+
 namespace loopsift {
 namespace {
 
 constexpr int kMaxImages = 16;
-constexpr int kMaxSide = 8192;
 constexpr const char* kCut = "the message is cut, or a length in it is wrong";
 
 /// LCM's encoding: big-endian, without padding. After the first read past the end nothing is read any more.
@@ -60,7 +61,7 @@ EncodedImage get_image(Reader* reader) {
 }
 
 bool sane(const EncodedImage& image) {
-  return image.width > 0 && image.height > 0 && image.width <= kMaxSide && image.height <= kMaxSide;
+  return image.width > 0 && image.height > 0 && image.width <= kLargestSide && image.height <= kLargestSide;
 }
 
 }  // namespace

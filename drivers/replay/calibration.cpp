@@ -2,6 +2,7 @@
 #include "drivers/replay/calibration.hpp"
 
 #include "core/base/text_file.hpp"
+#include "drivers/image_limits.hpp"
 
 namespace loopsift {
 namespace {
@@ -17,8 +18,9 @@ Status set_value(const TextFile& file, Calibration* calibration) {
   PinholeCamera& camera = calibration->camera;
   const bool is_size = name == "width" || name == "height", is_center = name == "cx" || name == "cy";
   if (value <= 0 && !is_center) return file.error(name + " must be greater than zero, not " + word);
-  if (is_size && (value != static_cast<int>(value) || value > 1 << 14)) {
-    return file.error(name + " must be a whole number of pixels, not " + word);
+  if (is_size && (value != static_cast<int>(value) || value > kLargestSide)) {
+    return file.error(name + " must be a whole number of pixels, at most " + std::to_string(kLargestSide) +
+                      ", not " + word);
   }
   if (name == "fx")
     camera.fx = static_cast<float>(value);

@@ -12,6 +12,8 @@
 #include <cstdio>
 #include <cstring>
 
+#include "drivers/image_limits.hpp"
+
 namespace loopsift {
 namespace {
 
@@ -77,7 +79,7 @@ ImageSize jpeg_size(Span<const std::uint8_t> file) {
     size = {};
   }
   tjDestroy(decoder);
-  return size;
+  return size.width <= kLargestSide && size.height <= kLargestSide ? size : ImageSize();
 }
 
 Expected<ImageSize> read_image_size(const std::string& path) {
@@ -95,9 +97,9 @@ Expected<ImageSize> read_image_size(const std::string& path) {
     };
     size = {number(16), number(20)};
   }
-  constexpr int kLargest = 1 << 14;
-  if (size.width <= 0 || size.height <= 0 || size.width > kLargest || size.height > kLargest) {
-    return Error{ErrorCode::kFormat, path + ": is neither a PNG nor a JPEG image"};
+  if (size.width <= 0 || size.height <= 0 || size.width > kLargestSide || size.height > kLargestSide) {
+    return Error{ErrorCode::kFormat, path + ": is neither a PNG nor a JPEG image of at most " +
+                                         std::to_string(kLargestSide) + " pixels on a side"};
   }
   return size;
 }

@@ -45,7 +45,7 @@ class ImageReader {
 
 /// Width and height from the head of a PNG or JPEG file; set-up only. Errors name the file.
 [[nodiscard]] Expected<ImageSize> read_image_size(const std::string& path);
-/// The same for a JPEG in memory; 0 × 0 if it is none.
+/// The same for a JPEG in memory; 0 × 0 if it is none, or beyond kLargestSide.
 [[nodiscard]] ImageSize jpeg_size(Span<const std::uint8_t> file);
 
 /// Writers, for sequences that we make ourselves; they allocate. Errors name the file. (16-bit: png16.hpp.)

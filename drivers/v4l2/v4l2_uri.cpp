@@ -4,6 +4,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "drivers/image_limits.hpp"
+
 namespace loopsift {
 namespace {
 
@@ -29,16 +31,15 @@ bool read_number(const std::string& text, Number most, Number* number) {
 
 // Null, or what is wrong.
 const char* set(const std::string& key, const std::string& value, V4l2Options* options) {
-  constexpr int kMostPixels = 16384;
   bool valid = true;
   if (key == "format") {
     options->format = value;
   } else if (key == "controls") {
     options->controls = split(value, ',');
   } else if (key == "width") {
-    valid = read_number(value, kMostPixels, &options->width);
+    valid = read_number(value, kLargestSide, &options->width);
   } else if (key == "height") {
-    valid = read_number(value, kMostPixels, &options->height);
+    valid = read_number(value, kLargestSide, &options->height);
   } else if (key == "buffers") {
     valid = read_number(value, V4l2Options::kMostBuffers, &options->buffers);
   } else if (key == "rate_hz") {

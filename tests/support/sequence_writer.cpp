@@ -117,6 +117,18 @@ std::vector<std::uint8_t> jpeg_bytes(const ColorImage& image) {
   return *jpeg;
 }
 
+std::vector<std::uint8_t> claim_jpeg_size(std::vector<std::uint8_t> jpeg, int width, int height) {
+  for (std::size_t k = 0; k + 8 < jpeg.size(); ++k) {
+    if (jpeg[k] != 0xFF || jpeg[k + 1] != 0xC0) continue;  // start of frame: length, bits, height, width
+    for (int i = 0; i < 2; ++i) {
+      jpeg[k + 5 + static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(height >> (8 - 8 * i));
+      jpeg[k + 7 + static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(width >> (8 - 8 * i));
+    }
+    return jpeg;
+  }
+  throw std::runtime_error("the JPEG has no head");
+}
+
 void write_klg(const std::string& path, const std::vector<KlgFrame>& frames) {
   std::ofstream file(path, std::ios::binary);
   put(file, static_cast<std::int32_t>(frames.size()));

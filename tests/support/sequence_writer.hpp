@@ -51,6 +51,9 @@ struct KlgFrame {
 [[nodiscard]] std::vector<std::uint8_t> raw_bytes(const DepthImage& image);
 [[nodiscard]] std::vector<std::uint8_t> jpeg_bytes(const ColorImage& image);
 [[nodiscard]] std::vector<std::uint8_t> raw_bytes(const ColorImage& image);
+/// The same JPEG with another size in its head.
+[[nodiscard]] std::vector<std::uint8_t> claim_jpeg_size(std::vector<std::uint8_t> jpeg, int width,
+                                                        int height);
 void write_klg(const std::string& path, const std::vector<KlgFrame>& frames);
 
 /// A RawFrame with buffers of its own that fit a source.

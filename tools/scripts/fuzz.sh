@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 # Fuzzes the parsers of foreign input with clang's libFuzzer, under the address and undefined-behaviour sanitizers. The
-# corpus is made from a rendered room and the settings files; what is found lies in build/fuzz/found.
+# corpus is made from a rendered room and the settings files; what is found lies in build/fuzz/found, and the exit code is 1.
 # usage: fuzz.sh [SECONDS_EACH [FUZZER...]]     default 60, all
 set -euo pipefail
 cd "$(dirname "$0")/../.."
@@ -18,8 +18,10 @@ TIMEFORMAT='%U s of processor time'
 mkdir -p "$corpus/fuzz_config" "$found"
 build/fuzz/tests/fuzz/make_corpus "$corpus"
 cp config/*.toml config/cameras/*.toml "$corpus/fuzz_config/"
+failures=0
 for fuzzer in "${fuzzers[@]}"; do
   echo "== $fuzzer"
   time "build/fuzz/tests/fuzz/$fuzzer" "$corpus/$fuzzer" -artifact_prefix="$found/$fuzzer-" -max_total_time="$seconds" \
-    -max_len=20000 -timeout=10 -rss_limit_mb=1024 -print_final_stats=1 -verbosity=0 2>&1 | tail -n 12
+    -max_len=20000 -timeout=10 -rss_limit_mb=2048 -print_final_stats=1 -verbosity=0 2>&1 | tail -n 12 || failures=1
 done
+exit "$failures"

@@ -185,5 +185,12 @@ TEST_F(ImageFile, SizeIsReadFromTheHead) {
   EXPECT_EQ(read_image_size(folder_ / "none.png").error().code, ErrorCode::kNotFound);
 }
 
+TEST_F(ImageFile, AHeadThatClaimsAHugeImageIsRefused) {
+  const auto huge = test::claim_jpeg_size(test::jpeg_bytes(color_), 60000, 30000);
+  EXPECT_EQ(jpeg_size({huge.data(), huge.size()}).width, 0);
+  folder_.write("huge.jpg", std::string(huge.begin(), huge.end()));
+  EXPECT_THAT(read_image_size(folder_ / "huge.jpg").error().message, HasSubstr("at most 8192 pixels"));
+}
+
 }  // namespace
 }  // namespace loopsift

@@ -100,6 +100,18 @@ TEST_F(KlgReplay, ABrokenJpegLeavesTheDepthAndAMessage) {
   EXPECT_THAT(source->message(), HasSubstr("frame 1: the JPEG is truncated"));
 }
 
+// Its decoder would take 11 GB.
+TEST_F(KlgReplay, AJpegThatClaimsAHugeImageIsNoColour) {
+  std::vector<KlgFrame> frames = three_frames();
+  frames[0].image = test::claim_jpeg_size(frames[0].image, 60000, 30000);
+  const auto source = open(frames);
+  ASSERT_NE(source, nullptr);
+  EXPECT_EQ(source->info().color_width, 0);
+  FrameBuffers buffers(source->info());
+  EXPECT_EQ(source->read(buffers.frame, 0), ReadStatus::kFrame);
+  EXPECT_TRUE(test::equal(buffers.frame.depth, depth(0).view()));
+}
+
 TEST_F(KlgReplay, ATruncatedFileEndsWithItsLastWholeFrame) {
   test::write_klg(folder_ / "a.klg", three_frames());
   test::truncate_file(folder_ / "a.klg", 0.95);
