@@ -14,7 +14,7 @@ cmake --preset fuzz
 cmake --build --preset fuzz
 corpus=build/fuzz/corpus
 found=build/fuzz/found
-TIMEFORMAT='%U s of processor time'
+TIMEFORMAT='%U s of processor time, %S s in the kernel'
 mkdir -p "$corpus/fuzz_config" "$found"
 build/fuzz/tests/fuzz/make_corpus "$corpus"
 cp config/*.toml config/cameras/*.toml "$corpus/fuzz_config/"
