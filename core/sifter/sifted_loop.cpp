@@ -25,6 +25,8 @@ const char* to_string(Reason reason) {
       return "names a fragment that is not closed yet";
     case Reason::kImproves:
       return "improves the map";
+    case Reason::kNoChange:
+      return "changes nothing that a view sees";
     case Reason::kNoImprovement:
       return "does not improve the map";
     case Reason::kInsignificant:

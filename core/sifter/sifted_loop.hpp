@@ -20,6 +20,7 @@ enum class Reason {
   kNotTested,
   kWaits,          ///< names a fragment that is not closed yet
   kImproves,       ///< the map is better with it
+  kNoChange,       ///< the map is the same with it, as far as any view can tell
   kNoImprovement,  ///< the map is not better with it
   kInsignificant,  ///< it is, but by no more than its standard error over the views
   kChallenged,     ///< a motion next to it explains the two fragments better

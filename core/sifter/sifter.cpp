@@ -193,6 +193,7 @@ Reason Sifter::judge(SiftedLoop* record, const TrialMap& with) {
   const ViewComparison comparison = compare(Reference::kBest, with, best_.prior - with.prior, limits);
   record->tested_score = best_score_ - comparison.gain;
   record->views = comparison.views;
+  if (comparison.views == 0) return Reason::kNoChange;
   if (!(comparison.gain > 0)) return Reason::kNoImprovement;
   if (!comparison.significant()) return Reason::kInsignificant;
   return withstands_challenge(record->loop) ? Reason::kImproves : Reason::kChallenged;

@@ -262,6 +262,20 @@ TEST(Sifter, TheSameLoopTwiceIsAcceptedOnce) {
   EXPECT_EQ(sifting.of(1).reason, Reason::kSame);
 }
 
+// A loop that says what the odometry says, weakly, takes back a little of what others bent: the prior is
+// better for it, and no view can tell.
+TEST(Sifter, ALoopThatChangesNothingThatAViewSeesIsNotKept) {
+  const FragmentWorld world;
+  Loop echo = world.loop(1, 2, 3);
+  echo.T_i_j = world.odometry()[2].inverse() * world.odometry()[3];
+  echo.information *= 0.0003;
+  Sifting sifting(world);
+  EXPECT_THAT(sifting.sift({test::true_loops(world)[0], echo}), ElementsAre(0));
+  EXPECT_EQ(sifting.of(1).reason, Reason::kNoChange);
+  EXPECT_LT(sifting.of(1).tested_score, sifting.of(1).best_score_before) << "by the prior alone";
+  EXPECT_EQ(sifting.of(1).views, 0);
+}
+
 TEST(Sifter, OfTwoLoopsThatContradictEachOtherTheTrueOneIsAccepted) {
   const FragmentWorld world;
   for (const double off : {0.3, -0.8}) {
