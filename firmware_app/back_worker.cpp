@@ -13,7 +13,6 @@
 namespace loopsift {
 namespace {
 
-constexpr std::int64_t kSlice_ns = 800'000'000;  // so that no correction is later than a second
 constexpr int kBlocksPerNode = 4;  // of the graph's factor: one of the odometry, the rest of loops and fill
 
 LoopDecision to_message(Decision decision) {
@@ -152,6 +151,7 @@ void BackWorker::guarded(Work&& work) {
 // there.
 void BackWorker::process(std::size_t fragment) {
   const std::int64_t since_ns = submitted_at_ns_;
+  const std::int64_t slice_end_ns = since_ns + static_cast<std::int64_t>(options_.slice_s * 1e9);
   guarded([&] { (void)back_end_.add_fragment(store_.fragments()[fragment]); });
   take_outside_loops();
   bool more = true;
@@ -161,7 +161,7 @@ void BackWorker::process(std::size_t fragment) {
       more = back_end_.work(1);
       if (back_end_.sifter().epoch() != before && !disabled_) announce(true, since_ns);
     });
-    if (options_.realtime && (backlog() > 1 || ending_ || steady_now_ns() - since_ns > kSlice_ns)) break;
+    if (options_.realtime && (backlog() > 1 || ending_ || steady_now_ns() > slice_end_ns)) break;
   }
   guarded([&] {
     loops_proposed_ = static_cast<std::int64_t>(back_end_.sifter().records().size());

@@ -32,7 +32,8 @@ namespace loopsift {
 struct BackWorkerOptions {
   std::int64_t heap_bytes = std::int64_t{1} << 40;  ///< of the heap, for all that the thread does
   int steps_per_fragment = 256;                     ///< of sifting, at most, before the next fragment
-  bool realtime = false;             ///< a fragment that waits ends the steps for the one before
+  bool realtime = false;             ///< a fragment that waits, or slice_s, ends the steps for the one before
+  double slice_s = 0.8;              ///< from the closing of the fragment
   int max_nodes = 128;               ///< of the graph; a larger one's covariances are not known
   ThreadMonitor* monitor = nullptr;  ///< null: nobody watches
   std::function<Status()> save;      ///< writes what there is; on the back thread

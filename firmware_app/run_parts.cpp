@@ -51,6 +51,7 @@ BackWorkerOptions Parts::back_worker_options(const Settings& settings, Shared& s
   options.heap_bytes = static_cast<std::int64_t>(mebibytes(settings.memory.back_heap_mib));
   options.steps_per_fragment = settings.back_end.steps_per_fragment;
   options.realtime = settings.run.rate == Rate::kRealtime;
+  options.slice_s = settings.back_end.slice_s;
   options.max_nodes = graph_limits(settings).max_nodes;
   options.monitor = &shared[ThreadRole::kBack];
   if (!settings.run.out.empty()) options.save = [this, to = settings.run.out + "/saved"] { return save(to); };

@@ -24,6 +24,7 @@ struct BackEndOptions {
   bool calibrate_odometry = true;  ///< scale the odometry's covariances by what neighbouring fragments show
   int keyframes_per_fragment = 2;  ///< graph nodes of a fragment
   int steps_per_fragment = 256;  ///< of sifting, that the back thread does before it takes the next fragment
+  double slice_s = 0.8;          ///< and how long after the fragment closed, in real time
   double finish_limit_s = 600;   ///< for finish()
   ProposalOptions proposal;
   PosteriorOptions posterior;
