@@ -19,8 +19,9 @@ constexpr int kFrames = 40;
 class OpenNi2Same : public OpenNi2Runs {
  protected:
   void run(const std::string& source, const std::string& out, int exit_code) const {
-    const Outcome ran = run_program(
-        command(source, out, {"run.rate=max", "openni2.host_time=false", "source.retry_limit=0"}));
+    std::vector<std::string> settings = {"run.rate=max", "openni2.host_time=false", "source.retry_limit=0"};
+    if (!camera_file_.empty()) settings.push_back("camera.file=" + camera_file_);
+    const Outcome ran = run_program(command(source, out, settings));
     ASSERT_EQ(ran.exit_code, exit_code) << ran.output;
   }
   void replay() const { run("replay:tum:" + sequence(), "replayed", 0); }
@@ -61,6 +62,8 @@ class OpenNi2Same : public OpenNi2Runs {
     }
     EXPECT_EQ(count(result(other, "trajectory.txt"), "\n"), static_cast<std::size_t>(kFrames));
   }
+
+  std::string camera_file_;  // none, when empty
 };
 
 TEST_F(OpenNi2Same, TheCameraAsReplay) {
@@ -126,6 +129,16 @@ TEST_F(OpenNi2Kitchen, TheCameraAsReplay) {
   replay();
   play();
   expect_same("played");
+}
+
+TEST_F(OpenNi2Kitchen, TheCameraAsReplayWithColourRegisteredByItsCameraFile) {
+  replay();
+  const std::string as_delivered = result("replayed", "map.ply");
+  camera_file_ = LOOPSIFT_CONFIG_DIR "/cameras/kinect_v1.toml";
+  replay();
+  play();
+  expect_same("played");
+  EXPECT_FALSE(result("replayed", "map.ply") == as_delivered) << "the camera file changed nothing";
 }
 
 TEST_F(OpenNi2Kitchen, TheRecordingAsReplay) {
