@@ -39,11 +39,12 @@ StoreOptions small_store() {
 
 // As the program wires them: a store that the front thread fills, a back end, a worker.
 struct Parts {
-  explicit Parts(Arena& arena)
+  explicit Parts(Arena& arena) : Parts(BackWorkerOptions{}, arena) {}
+  Parts(const BackWorkerOptions& of_worker, Arena& arena)
       : store(small_store(), arena),
         back_end(options(), arena),
         publisher(silent(), arena),
-        worker(back_end, store, publisher, arena) {}
+        worker(back_end, store, publisher, arena, of_worker) {}
   FragmentStore store;
   BackEnd back_end;
   Publisher publisher;
@@ -96,6 +97,30 @@ TEST_F(BackWorkerTest, CorrectionsArriveWithTheirEpoch) {
   ASSERT_TRUE(worker.take(&correction)) << "the end of a run says where everything came to lie";
   EXPECT_EQ(correction.epoch, 2);
   EXPECT_EQ(worker.correction_times().count(), 2);
+}
+
+TEST(BackWorkerSlice, InRealTimeWhatASliceDoesNotHoldIsLeftForTheEnd) {
+  const FragmentWorld world;
+  BackWorkerOptions one_step;
+  one_step.realtime = true;
+  one_step.slice_s = 0;
+  const InArena<Parts> parts(one_step);
+  BackWorker& worker = parts->worker;
+  worker.start();
+  for (std::size_t f = 0; f < 7; ++f) {
+    const Loop loop = world.loop(0, 0, 5);
+    if (f == 6) parts->back_end.add_loops(Span<const Loop>(&loop, 1));
+    ASSERT_NE(parts->store.add(world.fragments()[f]), nullptr);
+    worker.submit(world.fragments()[f].frames[3].timestamp_ns);
+    worker.wait_until_idle();
+  }
+  const SiftedLoop& record = parts->back_end.sifter().records()[0];
+  EXPECT_TRUE(record.scored) << "the one step";
+  EXPECT_EQ(record.decision, Decision::kPending);
+  EXPECT_EQ(worker.loops_accepted(), 0);
+  worker.finish();
+  EXPECT_EQ(record.decision, Decision::kAccepted);
+  EXPECT_EQ(worker.loops_accepted(), 1);
 }
 
 // Loops to each new fragment, and nobody who takes the corrections that follow.
