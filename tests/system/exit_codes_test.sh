@@ -34,6 +34,10 @@ expect 2 "nearest is camera.max_depth_m" --config "$folder/bad.toml"
 expect 2 "cannot be read" --config "$folder/none.toml"
 expect 2 "unknown kind" --source foo:bar
 expect 3 "$folder/none" --source "replay:tum:$folder/none"
+expect 3 "v4l2:/dev/no-such-node" --source v4l2:/dev/no-such-node
+expect 3 "v4l2:/dev/null" --source v4l2:/dev/null
+expect 3 "libcamera:no-such-camera" --source libcamera:no-such-camera
+expect 3 "lcm:NOBODY" --source lcm:NOBODY --set lcm_in.open_timeout_s=0.1
 expect 4 "memory.cap_mib" --source 'synth:room?frames=2' --set memory.cap_mib=1
 expect 1 "cannot be made" --source 'synth:room?frames=2' --set lcm.enabled=false --set memory.cap_mib=100000 --out /dev/null/out
 exit $((failures > 0))

@@ -99,6 +99,19 @@ TEST_F(OpenNi2Recorded, TheRecordingAsReplay) {
   expect_same("from_file");
 }
 
+TEST_F(OpenNi2Recorded, DamagedInsideItIsLostAndWhatCameBeforeIsWritten) {
+  make_sequence(kFrames);
+  load_film(kFrames);
+  const std::string recording = record();
+  std::string bytes = read_file(recording);
+  for (std::size_t k = bytes.size() / 4; k < bytes.size() * 3 / 8; ++k) bytes[k] = static_cast<char>(7 * k);
+  run("openni2:" + camera_.folder().write("damaged.oni", bytes), "damaged", 5);
+  const nlohmann::json frames = report("damaged")["frames"];
+  EXPECT_GT(frames["tracked"], kFrames / 4);
+  EXPECT_LT(frames["tracked"], kFrames);
+  EXPECT_EQ(count(result("damaged", "trajectory.txt"), "\n"), frames["tracked"]);
+}
+
 class OpenNi2Kitchen : public OpenNi2Recorded {
  protected:
   void SetUp() override {

@@ -18,8 +18,9 @@ class OpenNi2Runs : public ::testing::Test {
   void SetUp() override {
     if (!test::TestCamera::install()) GTEST_SKIP() << test::TestCamera::kNotAllowed;
   }
-  static Outcome run(const std::string& source) {
-    return test::run_program({LOOPSIFT_PROGRAM, "--source", source, "--set", "lcm.enabled=false"});
+  static Outcome run(const std::string& source, const std::string& setting = "lcm.enabled=false") {
+    return test::run_program(
+        {LOOPSIFT_PROGRAM, "--source", source, "--set", "lcm.enabled=false", "--set", setting});
   }
   test::TestCamera camera_;
 };
@@ -34,6 +35,12 @@ TEST_F(OpenNi2Runs, WhatCannotBeOpenedIsSaidWithExitCode3) {
   const Outcome cut = run("openni2:" + camera_.folder().write("cut.oni", "NI10 cut off"));
   EXPECT_EQ(cut.exit_code, 3);
   EXPECT_THAT(cut.output, AllOf(HasSubstr("cut.oni"), HasSubstr("cut off")));
+  camera_.control.film = camera_.folder() / "film";
+  test::write_drawn_film(camera_.control.film, 2, 64, 48);
+  camera_.apply();
+  const Outcome unsupported = run("openni2:", "camera.width=1000");
+  EXPECT_EQ(unsupported.exit_code, 3);
+  EXPECT_THAT(unsupported.output, AllOf(HasSubstr("no mode depth 1000x"), HasSubstr("camera.width")));
   camera_.control.busy = true;
   camera_.apply();
   const Outcome busy = run("openni2:");

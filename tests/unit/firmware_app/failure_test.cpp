@@ -11,6 +11,7 @@ TEST(Failure, ExitCodesAreTheDocumentedOnes) {
   EXPECT_EQ(code(Phase::kSettings, ErrorCode::kUsage), 2);
   EXPECT_EQ(code(Phase::kSettings, ErrorCode::kNotFound), 2);
   EXPECT_EQ(code(Phase::kSourceOpen, ErrorCode::kNotFound), 3);
+  EXPECT_EQ(code(Phase::kSourceOpen, ErrorCode::kIo), 3);
   EXPECT_EQ(code(Phase::kSourceOpen, ErrorCode::kFormat), 3);
   EXPECT_EQ(code(Phase::kSourceOpen, ErrorCode::kUnsupported), 3);
   EXPECT_EQ(code(Phase::kSourceOpen, ErrorCode::kUsage), 2);
