@@ -12,77 +12,38 @@
 namespace loopsift {
 namespace {
 
-#define LOOPSIFT_INLINE inline __attribute__((always_inline))  // into both clones of the dispatched function
+#define LOOPSIFT_INLINE inline __attribute__((always_inline))  // into each clone of the dispatched function
 
 constexpr int kLanes = 8;
 using Lanes = float __attribute__((vector_size(kLanes * sizeof(float))));
+using IntLanes = std::int32_t __attribute__((vector_size(kLanes * sizeof(std::int32_t))));
 using HalfLanes = float __attribute__((vector_size(kLanes / 2 * sizeof(float))));
-// Pixels of a small disc: at the size of score views most discs cover no more.
+// Pixels of a tile. At the size of score views hardly a disc covers more, and half of them cover one pixel.
 constexpr int kTileWidth = 4, kTileHeight = 2;
 
-// A chunk's discs in the camera frame.
-struct ProjectedChunk {
-  alignas(64) float u[kChunkSize], v[kChunkSize];            // centre, pixels
-  alignas(64) float inv[kChunkSize];                         // inverse depth at the centre
-  alignas(64) float inv_du[kChunkSize], inv_dv[kChunkSize];  // its slope per pixel
-  // |X(u,v) − p|² as a quadratic form, uu u² + uv u v + vv v²; inside the disc it is at most radius2
-  alignas(64) float uu[kChunkSize], uv[kChunkSize], vv[kChunkSize], radius2[kChunkSize];
-  // of the disc's bounding box, pixels; < 0: not visible
-  alignas(64) float half_u[kChunkSize], half_v[kChunkSize];
-};
+// How a disc is drawn: bits in a byte each, see sets_of().
+constexpr std::int32_t kDot = 1, kTile = 1 << 8, kLarge = 1 << 16;
 
-// The pixels that its discs may cover, and which way each is splatted.
-struct PlacedChunk {
-  alignas(64) std::int32_t x[kChunkSize], y[kChunkSize];  // the first
+// A chunk's discs in the image. du, dv pixels from its centre a disc has inverse depth inv + inv_du du +
+// inv_dv dv, and the point there lies at the root of uu du² + uv du dv + vv dv² from the disc's centre.
+struct ProjectedChunk {
+  alignas(64) float inv[kChunkSize], inv_du[kChunkSize], inv_dv[kChunkSize];
+  alignas(64) float uu[kChunkSize], uv[kChunkSize], vv[kChunkSize], radius2[kChunkSize];
+  // The first of the pixels that it may cover: its place in the image's memory, its du and dv, and the
+  // inverse depth of the disc there (0: is not on the disc).
+  alignas(64) std::int32_t offset[kChunkSize];
+  alignas(64) float du[kChunkSize], dv[kChunkSize], first[kChunkSize];
   alignas(64) std::int32_t columns[kChunkSize], rows[kChunkSize];
-  alignas(64) std::int32_t is_small[kChunkSize], is_large[kChunkSize];  // 0, 0: not visible
+  alignas(64) std::int32_t kind[kChunkSize];  // 0: not visible
 };
 
 struct RenderView {
   float R[9], t[3];
   float fx, fy, inverse_fx, inverse_fy, cx, cy, width, height;
   float min_depth_m, max_depth_m;
+  // The larger of a literal and a value is two instructions to GCC, of two values one.
+  float zero = 0.0F, half = 0.5F, minus_one = -1.0F, tiny = 1e-3F;
 };
-
-// Vectorised over the chunk: transforms, projects, and finds the plane's inverse-depth slope and, to first
-// order in the pixel offset, the distance on the disc.
-LOOPSIFT_INLINE void project_chunk(const float* x, const float* y, const float* z, const float* nx,
-                                   const float* ny, const float* nz, const float* radius, int n,
-                                   const RenderView& view, ProjectedChunk* out) {
-  const float* R = view.R;
-  for (int k = 0; k < n; ++k) {
-    const float px = R[0] * x[k] + R[1] * y[k] + R[2] * z[k] + view.t[0];
-    const float py = R[3] * x[k] + R[4] * y[k] + R[5] * z[k] + view.t[1];
-    const float pz = R[6] * x[k] + R[7] * y[k] + R[8] * z[k] + view.t[2];
-    const float mx = R[0] * nx[k] + R[1] * ny[k] + R[2] * nz[k];
-    const float my = R[3] * nx[k] + R[4] * ny[k] + R[5] * nz[k];
-    const float mz = R[6] * nx[k] + R[7] * ny[k] + R[8] * nz[k];
-    const float depth = std::max(pz, 1e-3F), inv = 1.0F / depth;
-    const float a = px * inv, b = py * inv;
-    const float d = mx * px + my * py + mz * pz;  // n·p: negative where the disc faces the camera
-    const float limit = kGrazingCosine * kGrazingCosine * (px * px + py * py + pz * pz);
-    const bool faces = (d < 0.0F) & (d * d > limit);
-    const float inverse_d = 1.0F / (faces ? d : -1.0F);
-    const float inv_du = mx * inverse_d * view.inverse_fx, inv_dv = my * inverse_d * view.inverse_fy;
-    const float zu = -depth * depth * inv_du, zv = -depth * depth * inv_dv;  // dz per pixel
-    const float xu = depth * view.inverse_fx + a * zu, yu = b * zu;          // d(x,y) per pixel in u
-    const float xv = a * zv, yv = depth * view.inverse_fy + b * zv;          // and in v
-    // The box about the disc's image reaches radius × the slope of u, and of v, along the plane.
-    const float gu = mx - a * mz, gv = my - b * mz;
-    const float half_u =
-        std::max(0.5F, view.fx * inv * radius[k] * std::sqrt(std::max(0.0F, 1.0F + a * a - gu * gu)));
-    const float half_v =
-        std::max(0.5F, view.fy * inv * radius[k] * std::sqrt(std::max(0.0F, 1.0F + b * b - gv * gv)));
-    const float u = view.fx * a + view.cx, v = view.fy * b + view.cy;
-    const bool visible = faces & (pz > view.min_depth_m) & (pz < view.max_depth_m) & (u + half_u > -0.5F) &
-                         (v + half_v > -0.5F) & (u - half_u < view.width) & (v - half_v < view.height);
-    out->u[k] = u, out->v[k] = v, out->inv[k] = inv;
-    out->inv_du[k] = inv_du, out->inv_dv[k] = inv_dv;
-    out->uu[k] = xu * xu + yu * yu + zu * zu, out->vv[k] = xv * xv + yv * yv + zv * zv;
-    out->uv[k] = 2.0F * (xu * xv + yu * yv + zu * zv), out->radius2[k] = radius[k] * radius[k];
-    out->half_u[k] = visible ? half_u : -1.0F, out->half_v[k] = half_v;
-  }
-}
 
 // The smallest integer that is not less; x ≥ 0.
 LOOPSIFT_INLINE std::int32_t round_up(float x) {
@@ -90,24 +51,106 @@ LOOPSIFT_INLINE std::int32_t round_up(float x) {
   return whole + static_cast<std::int32_t>(static_cast<float>(whole) < x);
 }
 
-LOOPSIFT_INLINE void place_chunk(const ProjectedChunk& p, int n, float width, float height,
-                                 PlacedChunk* out) {
-  const auto last_y = static_cast<std::int32_t>(height) - kTileHeight;
-  const auto tiles_fit = static_cast<std::int32_t>(last_y >= 0);
-  for (int k = 0; k < n; ++k) {
-    const std::int32_t x0 = round_up(std::min(width, std::max(0.0F, p.u[k] - p.half_u[k])));
-    const std::int32_t y0 = round_up(std::min(height, std::max(0.0F, p.v[k] - p.half_v[k])));
-    const auto x1 = static_cast<std::int32_t>(std::min(width - 1.0F, std::max(0.0F, p.u[k] + p.half_u[k])));
-    const auto y1 = static_cast<std::int32_t>(std::min(height - 1.0F, std::max(0.0F, p.v[k] + p.half_v[k])));
-    const std::int32_t columns = x1 - x0 + 1, rows = y1 - y0 + 1;
-    const auto visible = static_cast<std::int32_t>(p.half_u[k] >= 0.0F);
-    const auto small = static_cast<std::int32_t>(columns <= kTileWidth) &
-                       static_cast<std::int32_t>(rows <= kTileHeight) & tiles_fit;
-    // A tile lies in the image's rows; where it begins before the disc does the quadratic form masks.
-    out->x[k] = x0, out->y[k] = std::min(y0, small != 0 ? last_y : y0);
-    out->columns[k] = columns, out->rows[k] = rows;
-    out->is_small[k] = visible & small, out->is_large[k] = visible & (1 - small);
+LOOPSIFT_INLINE std::int32_t as_int(bool condition) { return static_cast<std::int32_t>(condition); }
+
+// A disc's plane in the camera frame and its place in the image, to first order in the pixel offset.
+struct DiscInImage {
+  float u, v, half_u, half_v;  // centre, and half of the box about it, pixels
+  float inv, inv_du, inv_dv, uu, uv, vv;
+  bool in_sight;  // faces the camera, within the range of depth
+};
+
+LOOPSIFT_INLINE DiscInImage project(float x, float y, float z, float nx, float ny, float nz, float radius,
+                                    const RenderView& view) {
+  const float* R = view.R;
+  const float px = R[0] * x + R[1] * y + R[2] * z + view.t[0];
+  const float py = R[3] * x + R[4] * y + R[5] * z + view.t[1];
+  const float pz = R[6] * x + R[7] * y + R[8] * z + view.t[2];
+  const float mx = R[0] * nx + R[1] * ny + R[2] * nz;
+  const float my = R[3] * nx + R[4] * ny + R[5] * nz;
+  const float mz = R[6] * nx + R[7] * ny + R[8] * nz;
+  const float depth = std::max(view.tiny, pz), inv = 1.0F / depth;
+  const float a = px * inv, b = py * inv;
+  const float d = mx * px + my * py + mz * pz;  // n·p: negative where the disc faces the camera
+  const float limit = kGrazingCosine * kGrazingCosine * (px * px + py * py + pz * pz);
+  const bool faces = (d < 0.0F) & (d * d > limit);
+  const bool in_sight = faces & (pz > view.min_depth_m) & (pz < view.max_depth_m);
+  const float inverse_d = 1.0F / (faces ? d : -1.0F);
+  const float inv_du = mx * inverse_d * view.inverse_fx, inv_dv = my * inverse_d * view.inverse_fy;
+  const float zu = -depth * depth * inv_du, zv = -depth * depth * inv_dv;  // dz per pixel
+  const float xu = depth * view.inverse_fx + a * zu, yu = b * zu;          // d(x,y) per pixel in u
+  const float xv = a * zv, yv = depth * view.inverse_fy + b * zv;          // and in v
+  // The box about the disc's image reaches radius × the slope of u, and of v, along the plane.
+  const float gu = mx - a * mz, gv = my - b * mz;
+  const float slope_u = view.fx * inv * std::sqrt(std::max(view.zero, 1.0F + a * a - gu * gu));
+  const float slope_v = view.fy * inv * std::sqrt(std::max(view.zero, 1.0F + b * b - gv * gv));
+  return {view.fx * a + view.cx,
+          view.fy * b + view.cy,
+          std::max(view.half, radius * slope_u),
+          std::max(view.half, radius * slope_v),
+          inv,
+          inv_du,
+          inv_dv,
+          xu * xu + yu * yu + zu * zu,
+          2.0F * (xu * xv + yu * yv + zu * zv),
+          xv * xv + yv * yv + zv * zv,
+          in_sight};
+}
+
+// Which pixels the disc may cover, and how it is drawn.
+LOOPSIFT_INLINE void place(const DiscInImage& disc, float radius, const RenderView& view, std::int32_t stride,
+                           int k, ProjectedChunk* out) {
+  const float last_u = view.width - 1.0F, last_v = view.height - 1.0F;
+  const std::int32_t x0 = round_up(std::min(view.width, std::max(view.zero, disc.u - disc.half_u)));
+  const std::int32_t y0 = round_up(std::min(view.height, std::max(view.zero, disc.v - disc.half_v)));
+  const auto x1 = static_cast<std::int32_t>(std::min(last_u, std::max(view.minus_one, disc.u + disc.half_u)));
+  const auto y1 = static_cast<std::int32_t>(std::min(last_v, std::max(view.minus_one, disc.v + disc.half_v)));
+  const std::int32_t columns = x1 - x0 + 1, rows = y1 - y0 + 1;
+  const auto last_tile = static_cast<std::int32_t>(view.height) - kTileHeight;
+  const std::int32_t visible = as_int(disc.in_sight) & as_int(columns > 0) & as_int(rows > 0);
+  const std::int32_t dot = as_int(columns == 1) & as_int(rows == 1);
+  const std::int32_t tile =
+      as_int(columns <= kTileWidth) & as_int(rows <= kTileHeight) & as_int(last_tile >= 0) & (1 - dot);
+  // A tile lies in the image's rows; where it begins before the disc does the quadratic form masks.
+  const std::int32_t y = tile != 0 ? std::min(y0, last_tile) : y0;
+  const float du = static_cast<float>(x0) - disc.u, dv = static_cast<float>(y) - disc.v;
+  const float radius2 = radius * radius;
+  const bool on_disc = (disc.uu * du + disc.uv * dv) * du + disc.vv * dv * dv <= radius2;
+  const bool at_centre = (du * du <= 0.25F) & (dv * dv <= 0.25F);
+  out->inv[k] = disc.inv, out->inv_du[k] = disc.inv_du, out->inv_dv[k] = disc.inv_dv;
+  out->uu[k] = disc.uu, out->uv[k] = disc.uv, out->vv[k] = disc.vv, out->radius2[k] = radius2;
+  out->offset[k] = y * stride + x0, out->du[k] = du, out->dv[k] = dv;
+  out->first[k] = (on_disc | at_centre) ? disc.inv + disc.inv_du * du + disc.inv_dv * dv : 0.0F;
+  out->columns[k] = columns, out->rows[k] = rows;
+  out->kind[k] = visible * (dot != 0 ? kDot : tile != 0 ? kTile : kLarge);
+}
+
+// A chunk's discs by kind. Bit 8i + g is disc 8g + i: so those that follow one another lie apart, and what
+// one of them writes need not have arrived when the next one reads its pixels.
+struct DiscSets {
+  std::uint64_t dots = 0, tiles = 0, larges = 0;
+};
+
+LOOPSIFT_INLINE DiscSets sets_of(const std::int32_t* kind) {
+  IntLanes bits = {};
+  for (int g = 0; g < kLanes; ++g) {
+    IntLanes group;
+    std::memcpy(&group, kind + g * kLanes, sizeof(group));
+    bits |= group << g;
   }
+  DiscSets sets;
+  for (int i = 0; i < kLanes; ++i) {
+    const auto lane = static_cast<std::uint64_t>(bits[i]);
+    sets.dots |= (lane & 0xffU) << (8 * i);
+    sets.tiles |= (lane >> 8U & 0xffU) << (8 * i);
+    sets.larges |= (lane >> 16U & 0xffU) << (8 * i);
+  }
+  return sets;
+}
+
+LOOPSIFT_INLINE int first_of(std::uint64_t set) {
+  const int bit = __builtin_ctzll(set);
+  return kLanes * (bit % kLanes) + bit / kLanes;
 }
 
 // Past the disc the quadratic form masks, past the row the image's padding takes the writes.
@@ -120,68 +163,71 @@ LOOPSIFT_INLINE Lanes splat(const ProjectedChunk& p, int k, Lanes du, Lanes dv, 
 }
 
 // Two rows of four pixels at once.
-LOOPSIFT_INLINE void splat_tile(const ProjectedChunk& p, int k, int x, int y, const ImageView<float>& image) {
+LOOPSIFT_INLINE void splat_tile(const ProjectedChunk& p, int k, float* image, int stride) {
   constexpr Lanes kColumn = {0, 1, 2, 3, 0, 1, 2, 3}, kRow = {0, 0, 0, 0, 1, 1, 1, 1};
+  float *const top = image + p.offset[k], *const bottom = top + stride;
   HalfLanes first, second;
-  std::memcpy(&first, image.row(y) + x, sizeof(first));
-  std::memcpy(&second, image.row(y + 1) + x, sizeof(second));
+  std::memcpy(&first, top, sizeof(first));
+  std::memcpy(&second, bottom, sizeof(second));
   const Lanes before = __builtin_shufflevector(first, second, 0, 1, 2, 3, 4, 5, 6, 7);
-  const Lanes after = splat(p, k, kColumn + (static_cast<float>(x) - p.u[k]),
-                            kRow + (static_cast<float>(y) - p.v[k]), before);
+  const Lanes after = splat(p, k, kColumn + p.du[k], kRow + p.dv[k], before);
   first = __builtin_shufflevector(after, after, 0, 1, 2, 3);
   second = __builtin_shufflevector(after, after, 4, 5, 6, 7);
-  std::memcpy(image.row(y) + x, &first, sizeof(first));
-  std::memcpy(image.row(y + 1) + x, &second, sizeof(second));
+  std::memcpy(top, &first, sizeof(first));
+  std::memcpy(bottom, &second, sizeof(second));
 }
 
 // Eight pixels of a row at once.
-LOOPSIFT_INLINE void splat_row(const ProjectedChunk& p, int k, int x, int y, const ImageView<float>& image) {
+LOOPSIFT_INLINE void splat_rows(const ProjectedChunk& p, int k, float* image, int stride) {
   constexpr Lanes kColumn = {0, 1, 2, 3, 4, 5, 6, 7};
-  Lanes pixels;
-  std::memcpy(&pixels, image.row(y) + x, sizeof(pixels));
-  const Lanes dv = Lanes{} + (static_cast<float>(y) - p.v[k]);
-  pixels = splat(p, k, kColumn + (static_cast<float>(x) - p.u[k]), dv, pixels);
-  std::memcpy(image.row(y) + x, &pixels, sizeof(pixels));
+  for (int row = 0; row < p.rows[k]; ++row) {
+    const Lanes dv = Lanes{} + (p.dv[k] + static_cast<float>(row));
+    for (int column = 0; column < p.columns[k]; column += kLanes) {
+      float* const at = image + p.offset[k] + row * stride + column;
+      Lanes pixels;
+      std::memcpy(&pixels, at, sizeof(pixels));
+      pixels = splat(p, k, kColumn + (p.du[k] + static_cast<float>(column)), dv, pixels);
+      std::memcpy(at, &pixels, sizeof(pixels));
+    }
+  }
 }
 
-// Discs of a kind one after the other, so that the processor can guess what comes next.
-LOOPSIFT_SIMD void render_chunk(const float* x, const float* y, const float* z, const float* nx,
-                                const float* ny, const float* nz, const float* radius, int n,
-                                const RenderView& view, const ImageView<float>& image) {
+// Vectorised over the discs up to where they are drawn; then those of a kind one after the other.
+LOOPSIFT_WIDE_SIMD void render_chunk(const float* x, const float* y, const float* z, const float* nx,
+                                     const float* ny, const float* nz, const float* radius, int n,
+                                     const RenderView& view, float* image, int stride) {
   ProjectedChunk p;
-  PlacedChunk at;
-  project_chunk(x, y, z, nx, ny, nz, radius, n, view, &p);
-  place_chunk(p, n, view.width, view.height, &at);
-  std::uint8_t small[kChunkSize], large[kChunkSize];
-  int smalls = 0, larges = 0;
-  for (int k = 0; k < n; ++k) {
-    small[smalls] = large[larges] = static_cast<std::uint8_t>(k);
-    smalls += at.is_small[k];
-    larges += at.is_large[k];
+  for (int k = 0; k < n; ++k)
+    place(project(x[k], y[k], z[k], nx[k], ny[k], nz[k], radius[k], view), radius[k], view, stride, k, &p);
+  std::fill(p.kind + n, p.kind + kChunkSize, 0);
+  const DiscSets sets = sets_of(p.kind);
+  for (std::uint64_t dots = sets.dots; dots != 0; dots &= dots - 1) {
+    const int k = first_of(dots);
+    float* const pixel = image + p.offset[k];
+    *pixel = std::max(*pixel, p.first[k]);
   }
-  for (int s = 0; s < smalls; ++s) splat_tile(p, small[s], at.x[small[s]], at.y[small[s]], image);
-  for (int l = 0; l < larges; ++l) {
-    const int k = large[l];
-    for (int row = 0; row < at.rows[k]; ++row)
-      for (int column = 0; column < at.columns[k]; column += kLanes)
-        splat_row(p, k, at.x[k] + column, at.y[k] + row, image);
-  }
+  for (std::uint64_t tiles = sets.tiles; tiles != 0; tiles &= tiles - 1)
+    splat_tile(p, first_of(tiles), image, stride);
+  for (std::uint64_t larges = sets.larges; larges != 0; larges &= larges - 1)
+    splat_rows(p, first_of(larges), image, stride);
 }
 
 }  // namespace
 
-// The frustum's four side planes, and the depth range.
-bool in_sight(const Eigen::Vector3f& c, float r, const PinholeCamera& camera, float min_depth_m,
-              float max_depth_m) {
-  if (c.z() + r < min_depth_m || c.z() - r > max_depth_m) return false;
-  const auto outside = [r](float along, float across, float f, float edge) {
-    // Plane through the optical centre and the image edge at `edge` pixels from the principal point.
-    return along * edge - across * f > r * std::sqrt(f * f + edge * edge);
-  };
+Frustum::Frustum(const PinholeCamera& camera, float min_depth_m, float max_depth_m)
+    : min_depth_m_(min_depth_m), max_depth_m_(max_depth_m) {
+  // Planes through the optical centre and the edges of the image; their normals point out of it.
   const float left = -(camera.cx + 0.5F), right = static_cast<float>(camera.width) - 0.5F - camera.cx;
   const float top = -(camera.cy + 0.5F), bottom = static_cast<float>(camera.height) - 0.5F - camera.cy;
-  return !outside(c.z(), c.x(), camera.fx, left) && !outside(-c.z(), -c.x(), camera.fx, right) &&
-         !outside(c.z(), c.y(), camera.fy, top) && !outside(-c.z(), -c.y(), camera.fy, bottom);
+  sides_.row(0) = Eigen::RowVector3f(-camera.fx, 0, left).normalized();
+  sides_.row(1) = Eigen::RowVector3f(camera.fx, 0, -right).normalized();
+  sides_.row(2) = Eigen::RowVector3f(0, -camera.fy, top).normalized();
+  sides_.row(3) = Eigen::RowVector3f(0, camera.fy, -bottom).normalized();
+}
+
+bool Frustum::meets(const Eigen::Vector3f& center, float radius) const {
+  return center.z() + radius >= min_depth_m_ && center.z() - radius <= max_depth_m_ &&
+         (sides_ * center).maxCoeff() <= radius;
 }
 
 void render_discs(const ScoreSurfels& surfels, const Se3& T_camera_fragment, const PinholeCamera& camera,
@@ -202,11 +248,13 @@ void render_discs(const ScoreSurfels& surfels, const Se3& T_camera_fragment, con
                   max_depth_m};
   Eigen::Map<Eigen::Matrix<float, 3, 3, Eigen::RowMajor>>{view.R} = T.R;
   Eigen::Map<Eigen::Vector3f>{view.t} = T.t;
+  const Frustum frustum(camera, min_depth_m, max_depth_m);
   for (const SurfelChunk& chunk : surfels.chunks) {
-    if (!in_sight(T * chunk.center, chunk.radius, camera, min_depth_m, max_depth_m)) continue;
+    if (!frustum.meets(T * chunk.center, chunk.radius)) continue;
     const std::uint32_t o = chunk.begin;
     render_chunk(&surfels.x[o], &surfels.y[o], &surfels.z[o], &surfels.nx[o], &surfels.ny[o], &surfels.nz[o],
-                 &surfels.radius[o], static_cast<int>(chunk.size), view, inverse_depth);
+                 &surfels.radius[o], static_cast<int>(chunk.size), view, inverse_depth.data,
+                 inverse_depth.stride);
   }
 }
 

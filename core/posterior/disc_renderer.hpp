@@ -22,9 +22,17 @@ constexpr float kGrazingCosine = 0.17F;
   return {data, camera.width, camera.height, padded_stride(camera.width)};
 }
 
-/// False where the sphere (centre in the camera frame) lies wholly outside the image or the range of depth.
-[[nodiscard]] bool in_sight(const Eigen::Vector3f& center, float radius, const PinholeCamera& camera,
-                            float min_depth_m, float max_depth_m);
+/// What a camera sees between two depths, camera frame, metres.
+class Frustum {
+ public:
+  Frustum(const PinholeCamera& camera, float min_depth_m, float max_depth_m);
+  /// False where the sphere lies wholly outside one of its faces.
+  [[nodiscard]] bool meets(const Eigen::Vector3f& center, float radius) const;
+
+ private:
+  Eigen::Matrix<float, 4, 3> sides_;  // unit normals, outward
+  float min_depth_m_, max_depth_m_;
+};
 
 /// Splats the discs, at camera pose given by T_camera_fragment, into inverse_depth (1/m; 0 where nothing is
 /// predicted; must have the

@@ -140,12 +140,13 @@ ImageView<float> MapScorer::layer_for(const ScoredView& view, std::size_t which)
 void MapScorer::render_others(const ScoredView& view, Span<const Se3> T_map_fragment, std::size_t first,
                               std::size_t last, const ImageView<float>& layer) const {
   const Se3 T_camera_map = view.T_camera_fragment * T_map_fragment[view.fragment.index()].inverse();
+  const Frustum frustum(view.camera, options_.min_depth_m, options_.max_depth_m);
   for (std::size_t f = first; f < last; ++f) {
     if (f == view.fragment.index()) continue;
     const ScoredFragment& fragment = fragments_[f];
     const Se3 T_camera_fragment = T_camera_map * T_map_fragment[f];
     const Eigen::Vector3f center = (T_camera_fragment * fragment.center.cast<double>()).cast<float>();
-    if (!in_sight(center, fragment.radius, view.camera, options_.min_depth_m, options_.max_depth_m)) continue;
+    if (!frustum.meets(center, fragment.radius)) continue;
     render_discs(fragment.surfels, T_camera_fragment, view.camera, options_.min_depth_m, options_.max_depth_m,
                  layer);
   }

@@ -157,6 +157,20 @@ TEST(RenderDiscs, SkipsBacksGrazingDiscsAndDepthsOutOfRange) {
   EXPECT_EQ(predicted_pixels(rendered({tilted(0.9F * kGrazingCosine)})), 0);
 }
 
+TEST(Frustum, MeetsSpheresThatReachIntoTheView) {
+  const Frustum frustum(kCamera, kMin, kMax);
+  const float edge = (42.5F - kCamera.cx) / kCamera.fx * 2.0F;  // of the image's right side at 2 m
+  const float slant = std::sqrt(1.0F + 0.25F * edge * edge);    // from there outward to a sphere's centre
+  EXPECT_TRUE(frustum.meets({0, 0, 2}, 0));
+  EXPECT_TRUE(frustum.meets({edge + 0.099F * slant, 0, 2}, 0.1F));
+  EXPECT_FALSE(frustum.meets({edge + 0.101F * slant, 0, 2}, 0.1F));
+  EXPECT_FALSE(frustum.meets({0, 9, 2}, 0.1F));
+  EXPECT_FALSE(frustum.meets({-9, 0, 2}, 0.1F));
+  EXPECT_TRUE(frustum.meets({0, 0, kMax + 0.09F}, 0.1F));
+  EXPECT_FALSE(frustum.meets({0, 0, kMax + 0.11F}, 0.1F));
+  EXPECT_FALSE(frustum.meets({0, 0, kMin - 0.11F}, 0.1F));
+}
+
 TEST(RenderDiscs, WritesThePixelAtTheCentreOfATinyDisc) {
   const Canvas canvas = rendered({{kCamera.unproject(12.3F, 7.4F, 3.0F), {0, 0, -1}, 0.001F}});
   EXPECT_EQ(predicted_pixels(canvas), 1);
