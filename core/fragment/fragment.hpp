@@ -51,6 +51,7 @@ struct Fragment {
   Span<const FragmentFrame> frames;
   SurfelSpan surfels;
   Span<const ScoreView> views;
+  float disparity_unknown = 1.0F;  ///< mean of Frame::disparity_unknown over the frames
 };
 
 }  // namespace loopsift

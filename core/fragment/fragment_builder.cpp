@@ -86,7 +86,9 @@ void FragmentBuilder::integrate(const Frame& frame, const Se3& T_odom_camera, co
     keep_view(frame, T_fragment_camera);
   }
   surfels_.fuse(frame, T_fragment_camera);
+  if (empty()) disparity_unknown_ = 0.0F;
   ++frame_count_;
+  disparity_unknown_ += (frame.disparity_unknown - disparity_unknown_) / static_cast<float>(frame_count_);
 }
 
 void FragmentBuilder::keep_view(const Frame& frame, const Se3& T_fragment_camera) {
@@ -116,6 +118,7 @@ const Fragment* FragmentBuilder::close(FragmentStore* store) {
   fragment.joined_to_previous = joined_;
   fragment.frames = {frames_.data(), static_cast<std::size_t>(frame_count_)};
   fragment.views = {views_.data(), static_cast<std::size_t>(view_count_)};
+  fragment.disparity_unknown = disparity_unknown_;
   const std::size_t at_most =
       std::min(static_cast<std::size_t>(options_.max_surfels), store->surfel_allowance());
   fragment.surfels = thinner_.thin(surfels_.surfels(), options_.thin_cell_m, at_most);

@@ -39,6 +39,8 @@ class FragmentBuilder {
   /// Surfels so far, in the frame of the active fragment; with capacity, high-water mark and refusals.
   [[nodiscard]] const ActiveSurfels& active() const { return surfels_; }
   [[nodiscard]] const Se3& T_odom_fragment() const { return T_odom_fragment_; }
+  /// Fragment::disparity_unknown so far.
+  [[nodiscard]] float disparity_unknown() const { return disparity_unknown_; }
 
  private:
   /// What has summed up since the first frame.
@@ -58,6 +60,7 @@ class FragmentBuilder {
   Se3 T_odom_fragment_;
   Course course_;
   bool joined_ = false;
+  float disparity_unknown_ = 1.0F;
   int frame_count_ = 0, view_count_ = 0;
 };
 

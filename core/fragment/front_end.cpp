@@ -6,8 +6,7 @@
 namespace loopsift {
 namespace {
 
-constexpr double kKeyframeM = 0.3, kKeyframeRad = 0.35;  // from the keyframe to the camera
-constexpr float kKeyframeOverlap = 0.6F;                 // of its points in sight
+constexpr float kKeyframeOverlap = 0.6F;  // of its points in sight
 
 }  // namespace
 
@@ -75,8 +74,8 @@ TrackingResult FrontEnd::track(const Frame& frame, std::int32_t session) {
     return started;
   }
   const Se3 T_odom_predicted = odometry_.predict(frame.timestamp_ns);
-  const ModelView& model =
-      renderer_.render(piece, builder_.active().surfels(), builder_.T_odom_fragment(), T_odom_predicted);
+  const ModelView& model = renderer_.render(piece, builder_.active().surfels(), builder_.T_odom_fragment(),
+                                            T_odom_predicted, builder_.disparity_unknown());
   const Eigen::Matrix3d& R_odom_kept = odometry_.T_odom_camera().rotation();
   const auto R_kept_camera = turns_.find(frame, R_odom_kept.transpose() * T_odom_predicted.rotation());
   if (!R_kept_camera) return odometry_.track(frame, model, &keyframe_);
@@ -90,13 +89,13 @@ void FrontEnd::keep_keyframe(const Frame& frame, const TrackingResult& tracking)
   if (tracking.status == TrackingStatus::kLost) return;
   if (tracking.status == TrackingStatus::kTracked && !keyframe_.empty()) {
     const Vector6d moved = (keyframe_.T_odom_key().inverse() * tracking.T_odom_camera).log();
-    const bool near = moved.head<3>().norm() < kKeyframeM && moved.tail<3>().norm() < kKeyframeRad;
+    const bool near = share_of_view(moved) < 1;
     const bool in_sight = tracking.keyframe_overlap == 0 || tracking.keyframe_overlap > kKeyframeOverlap;
     const bool enough = keyframe_.has_intensity() == !frame.levels[0].intensity.empty();
     if (near && in_sight && enough) return;
     if (options_.depth_calibration.enabled &&
         depth_calibration_.add_pair(keyframe_, frame, tracking.T_odom_camera)) {
-      preprocessor_.set_disparity(depth_calibration_.coefficients());
+      preprocessor_.set_disparity(depth_calibration_.coefficients(), depth_calibration_.unknown());
     }
   }
   keyframe_.keep(frame, tracking.T_odom_camera);

@@ -13,6 +13,7 @@ namespace {
 constexpr std::size_t kBatch = 256;     // surfels transformed at a time
 constexpr float kGeneration = 1024.0F;  // above any squared pixel distance of a splat
 constexpr float kNearest = 0.1F;        // metres; nearer surfels are behind or in the lens
+constexpr float kSliver = 0.05F;        // of a view: a part that does not decide how well it is known
 
 // Pixels, depths and splat radii of surfels in the view; radius −1 for what is out of sight or faces away.
 struct Batch {
@@ -75,18 +76,21 @@ ModelRenderer::ModelRenderer(const ModelOptions& options, const PinholeCamera& w
 }
 
 const ModelView& ModelRenderer::render(Span<const Fragment> closed, const SurfelSpan& active,
-                                       const Se3& T_odom_active, const Se3& T_odom_view) {
+                                       const Se3& T_odom_active, const Se3& T_odom_view,
+                                       float active_unknown) {
   view_.T_odom_view = T_odom_view;
   std::fill(pixels_.begin(), pixels_.end(), Pixel{});
   const Se3 T_view_odom = T_odom_view.inverse();
   const std::size_t reach = std::min(closed.size(), static_cast<std::size_t>(options_.fragments));
   for (std::size_t k = 0; k < reach; ++k) {
     const Fragment& fragment = closed[closed.size() - reach + k];
-    layers_[k] = {fragment.surfels, Se3f(T_view_odom * fragment.T_odom_fragment)};
+    layers_[k] = {fragment.surfels, Se3f(T_view_odom * fragment.T_odom_fragment), fragment.disparity_unknown,
+                  0};
   }
-  layers_[reach] = {active, Se3f(T_view_odom * T_odom_active)};
+  layers_[reach] = {active, Se3f(T_view_odom * T_odom_active), active_unknown, 0};
   for (std::size_t k = 0; k <= reach; ++k) splat(layers_[k], static_cast<std::uint32_t>(k));
   resolve();
+  view_.disparity_unknown = least_known(reach + 1);
   return view_;
 }
 
@@ -126,7 +130,8 @@ void ModelRenderer::resolve() {
     const Pixel& pixel = pixels_[k];
     z_[k] = pixel.z;
     if (pixel.z == 0.0F) continue;
-    const Layer& layer = layers_[pixel.layer];
+    Layer& layer = layers_[pixel.layer];
+    ++layer.pixels;
     const SurfelSpan& s = layer.surfels;
     const std::size_t i = pixel.surfel;
     const Eigen::Vector3f p = layer.T_view_surfels * Eigen::Vector3f(s.x[i], s.y[i], s.z[i]);
@@ -137,6 +142,17 @@ void ModelRenderer::resolve() {
     ny_[k] = n.y();
     nz_[k] = n.z();
   }
+}
+
+// Of the parts that are more than a sliver of the view.
+float ModelRenderer::least_known(std::size_t layers) const {
+  int seen = 0;
+  for (std::size_t k = 0; k < layers; ++k) seen += layers_[k].pixels;
+  float unknown = 0.0F;
+  for (std::size_t k = 0; k < layers; ++k)
+    if (static_cast<float>(layers_[k].pixels) > kSliver * static_cast<float>(seen))
+      unknown = std::max(unknown, layers_[k].disparity_unknown);
+  return unknown;
 }
 
 }  // namespace loopsift

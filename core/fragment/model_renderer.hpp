@@ -27,9 +27,9 @@ class ModelRenderer {
   /// working is the camera of Frame::levels[0].
   ModelRenderer(const ModelOptions& options, const PinholeCamera& working, Arena& arena);
   /// Renders closed (those of the current piece of trajectory, oldest first; the last options.fragments are
-  /// used) and active (in T_odom_active) as seen from T_odom_view.
+  /// used) and active (in T_odom_active, with its Fragment::disparity_unknown) as seen from T_odom_view.
   const ModelView& render(Span<const Fragment> closed, const SurfelSpan& active, const Se3& T_odom_active,
-                          const Se3& T_odom_view);
+                          const Se3& T_odom_view, float active_unknown = 1.0F);
 
  private:
   // What a pixel shows, until all surfels are drawn.
@@ -42,9 +42,12 @@ class ModelRenderer {
   struct Layer {
     SurfelSpan surfels;
     Se3f T_view_surfels;
+    float disparity_unknown;
+    int pixels;  // of the view that show it
   };
   void splat(const Layer& layer, std::uint32_t index);
   void resolve();
+  [[nodiscard]] float least_known(std::size_t layers) const;
 
   ModelOptions options_;
   ModelView view_;

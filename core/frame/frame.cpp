@@ -90,11 +90,13 @@ void FramePreprocessor::reduce() {
   halve_depth(half, options_.edge_fraction, depth_image(0));
 }
 
-void FramePreprocessor::set_disparity(const DisparityCoefficients& coefficients) {
+void FramePreprocessor::set_disparity(const DisparityCoefficients& coefficients, float unknown) {
   next_disparity_ = coefficients;
+  next_unknown_ = unknown;
 }
 
 void FramePreprocessor::correct() {
+  frame_.disparity_unknown = next_unknown_;
   if (next_disparity_ != frame_.disparity_coefficients) {
     frame_.disparity_coefficients = next_disparity_;
     draw_disparity(next_disparity_, {disparity_.data(), frame_.disparity.width, frame_.disparity.height});

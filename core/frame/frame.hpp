@@ -54,6 +54,7 @@ struct Frame {
   DisparityCoefficients disparity_coefficients =
       DisparityCoefficients::Zero();  ///< of the correction that is in levels' depths, and not in raw_depth
   ImageView<const float> disparity;   ///< the same per pixel of level 0, 1/m
+  float disparity_unknown = 1.0F;     ///< what was not yet known of the error: variance, share of the prior's
 };
 
 class FramePreprocessor {
@@ -63,8 +64,9 @@ class FramePreprocessor {
                     Arena& arena);
   /// raw.depth must have the camera's size. Frames are numbered from 0 in the order of these calls.
   const Frame& process(const RawFrame& raw);
-  /// From the next frame on, depths are corrected by these (0: as they come).
-  void set_disparity(const DisparityCoefficients& coefficients);
+  /// From the next frame on, depths are corrected by these (0: as they come). unknown: what is left to learn
+  /// of them, 0 … 1 (Frame::disparity_unknown).
+  void set_disparity(const DisparityCoefficients& coefficients, float unknown);
   /// Camera of level 0.
   [[nodiscard]] const PinholeCamera& working_camera() const { return frame_.levels[0].camera; }
   /// Camera of the last level.
@@ -87,6 +89,7 @@ class FramePreprocessor {
   std::array<Level, kMaxFrameLevels> storage_;
   Span<float> disparity_;  // correction per pixel of level 0
   DisparityCoefficients next_disparity_ = DisparityCoefficients::Zero();
+  float next_unknown_ = 1.0F;
   Span<float> smoothed_;          // scratch of level 0's size
   Span<float> reduced_;           // scratch: half the raw size, for a reduction by 4
   PinholeCamera reduced_camera_;  // of reduced_

@@ -17,6 +17,9 @@ constexpr int kGapIterations = 3;        // times as many iterations after a gap
 constexpr float kGatePerPeriod = 0.07F;  // how much wider the coarsest gate grows with each period of a gap
 constexpr float kMinOverlap = 0.25F;     // of a keyframe that has a say
 constexpr double kNoiseShare = 0.1;      // of the information in a direction; less is the normals' noise
+constexpr double kVariancePerView = 14;  // of the geometry, in units of correlated_pixels' …
+constexpr double kWellKnown = 0.1;       // … where nothing is left to learn about the depths' error
+constexpr double kLeastView = 0.01;      // a camera that stands still errs, too
 constexpr float kLeastScale = 0.004F;    // log intensity: a tenth of the noise of a good camera
 
 // What the intensities cannot know better: colour that is not registered to depth, or taken a little later.
@@ -25,6 +28,16 @@ Matrix6d floor_covariance(const OdometryOptions& o) {
   d.head<3>().setConstant(std::pow(static_cast<double>(o.photometric_floor_m), 2));
   d.tail<3>().setConstant(std::pow(static_cast<double>(o.photometric_floor_rad), 2));
   return d.asDiagonal();
+}
+
+// (H⁻¹ + F)⁻¹ = (1 + H F)⁻¹ H: an information that is never better than a floor F. The bracket, factorised.
+Eigen::PartialPivLU<Matrix6d> floor_of(const Matrix6d& H, const Matrix6d& floor) {
+  return Eigen::PartialPivLU<Matrix6d>(Matrix6d::Identity() + H * floor);
+}
+
+Matrix6d bounded(const Eigen::PartialPivLU<Matrix6d>& bound, const Matrix6d& H) {
+  const Matrix6d solved = bound.solve(H);
+  return 0.5 * (solved + solved.transpose());
 }
 
 }  // namespace
@@ -130,6 +143,7 @@ void Alignment::add_geometry(int level) {
 
 void Alignment::add_intensities(int level) {
   photometric_ = {};
+  intensities_.setZero();
   overlap_ = 0.0F;
   if (keyframe_ == nullptr) return;
   const Keyframe::Level& key = keyframe_->level(level);
@@ -145,13 +159,22 @@ void Alignment::add_intensities(int level) {
   }
   photometric_scale_ = std::max(system.scale, kLeastScale);
   exposure_ = system.exposure;
-  // (H⁻¹ + F)⁻¹ = (1 + H F)⁻¹ H: what it claims about the motion is never better than the floor.
   const double thinning = 1.0 / static_cast<double>(options_.correlated_pixels);
-  const Matrix6d H = thinning * system.H;
-  const Eigen::PartialPivLU<Matrix6d> bound(Matrix6d::Identity() + H * floor_covariance(options_));
-  const Matrix6d bounded = bound.solve(H);
-  photometric_.H = 0.5 * (bounded + bounded.transpose());
+  intensities_ = thinning * system.H;
+  const Eigen::PartialPivLU<Matrix6d> bound = floor_of(intensities_, floor_covariance(options_));
+  photometric_.H = bounded(bound, intensities_);
   photometric_.b = bound.solve(thinning * system.b);
+}
+
+Matrix6d Alignment::information_since(const Se3& T_odom_before) const {
+  const double view =
+      std::clamp(share_of_view((T_odom_before.inverse() * T_odom_camera()).log()), kLeastView, 1.0);
+  const double unknown = std::sqrt(static_cast<double>(model_.disparity_unknown));
+  const double alike =
+      kVariancePerView * view * (kWellKnown + unknown) * std::sqrt(static_cast<double>(scale_));
+  const double factor = alike + 1.0 / static_cast<double>(options_.correlated_pixels);
+  const Matrix6d floor = view * floor_covariance(options_);
+  return geometric_.H / factor + bounded(floor_of(intensities_, floor), intensities_) + prior_;
 }
 
 // (M + P) ξ = −(b + P e), T ← T exp(ξ).

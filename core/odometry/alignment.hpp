@@ -26,6 +26,12 @@ class Alignment {
   /// Information of geometry and intensities together, right perturbation, thinned by the pixels that err
   /// together.
   [[nodiscard]] Matrix6d measured() const { return geometric_.H + photometric_.H; }
+  /// Of the motion from a pose, the prior included: honest over the sums of tens of frames that a pose graph
+  /// holds. What a smooth error of the depths, or colour not registered to them, does to a pose stays as it
+  /// is while the view stays, so that its variance grows with the share of the view that changes and with the
+  /// error that the least known part of the model may have in it; beyond the noise of single pixels,
+  /// residuals are alike all over the image, so that their scale counts for more than the pixels' sum says.
+  [[nodiscard]] Matrix6d information_since(const Se3& T_odom_before) const;
   [[nodiscard]] int iterations() const { return iterations_; }
   [[nodiscard]] Se3 T_odom_camera() const { return model_.T_odom_view * T_view_camera_; }
   [[nodiscard]] Vector6d from_prediction() const {
@@ -60,6 +66,7 @@ class Alignment {
   Se3 T_view_predicted_, T_view_camera_;
   IcpSystem system_;
   Term geometric_, photometric_;
+  Matrix6d intensities_ = Matrix6d::Zero();  // photometric_.H before it was bounded
   float scale_ = 2.0F;
   float photometric_scale_ = 0.1F, exposure_ = 0.0F, overlap_ = 0.0F;
   int iterations_ = 0;

@@ -37,6 +37,23 @@ LOOPSIFT_SIMD void accumulate(const Block& s, Sums& __restrict sums) {
   accumulate_system<kColumns>(s.J, s.r, s.w, s.count, sums);
 }
 
+// Mean of φ φᵀ over the image: tr(Σ · this) is the mean variance of an error with coefficients of variance Σ.
+Eigen::Matrix<double, kDisparityTerms, kDisparityTerms> image_moments() {
+  constexpr int kGrid = 16;
+  Eigen::Matrix<double, kDisparityTerms, kDisparityTerms> sum;
+  sum.setZero();
+  for (int v = 0; v < kGrid; ++v) {
+    for (int u = 0; u < kGrid; ++u) {
+      float terms[kDisparityTerms];
+      disparity_terms(image_coordinate(u, kGrid), image_coordinate(v, kGrid), terms);
+      const DisparityCoefficients phi =
+          Eigen::Map<const Eigen::Matrix<float, kDisparityTerms, 1>>(terms).cast<double>();
+      sum += phi * phi.transpose();
+    }
+  }
+  return sum / (kGrid * kGrid);
+}
+
 // All that one pair adds.
 class PairSystem {
  public:
@@ -165,7 +182,10 @@ bool DepthCalibration::add_pair(const Keyframe& key, const Frame& frame, const S
   const double thinning = 1.0 / (static_cast<double>(options_.caution) * variance());
   const double prior = 1.0 / std::pow(static_cast<double>(options_.sigma_per_m), 2);
   const Information posterior = thinning * information_ + prior * Information::Identity();
-  coefficients_ = posterior.ldlt().solve(thinning * gradient_);
+  const Eigen::LDLT<Information> factors(posterior);
+  coefficients_ = factors.solve(thinning * gradient_);
+  const Information moments = image_moments();
+  unknown_ = static_cast<float>(prior * factors.solve(moments).trace() / moments.trace());
   return true;
 }
 

@@ -30,6 +30,8 @@ class DepthCalibration {
   /// Learns from two frames that show the same things; false when too little of them does.
   bool add_pair(const Keyframe& key, const Frame& frame, const Se3& T_odom_frame);
   [[nodiscard]] const DisparityCoefficients& coefficients() const { return coefficients_; }
+  /// What is left to learn: the variance of the error, mean of the image, as a share of the prior's; 1 … 0.
+  [[nodiscard]] float unknown() const { return unknown_; }
 
  private:
   using Information = Eigen::Matrix<double, kDisparityTerms, kDisparityTerms>;
@@ -43,6 +45,7 @@ class DepthCalibration {
   DisparityCoefficients gradient_ = DisparityCoefficients::Zero();  // information · coefficients
   double squares_ = 0, directions_ = 0;  // Σ ĉᵀ H ĉ of the pairs' own estimates, and their number
   DisparityCoefficients coefficients_ = DisparityCoefficients::Zero();
+  float unknown_ = 1.0F;
 };
 
 }  // namespace loopsift

@@ -3,6 +3,7 @@
 // Out: what photometric.hpp compares later frames with. Capacity: one frame, from the arena. Thread: front.
 // No allocation after construction.
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstdint>
 
@@ -11,6 +12,12 @@
 #include "core/geometry/se3.hpp"
 
 namespace loopsift {
+
+/// A motion in units of one after which a camera sees its surroundings in other places of its image, and
+/// needs another keyframe: 0.3 m or 0.35 rad. (t, ω).
+[[nodiscard]] inline double share_of_view(const Vector6d& moved) {
+  return std::max(moved.head<3>().norm() / 0.3, moved.tail<3>().norm() / 0.35);
+}
 
 class Keyframe {
  public:

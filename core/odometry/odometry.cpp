@@ -121,7 +121,7 @@ TrackingResult Odometry::track(const Frame& frame, const ModelView& model, const
 
   result.status = TrackingStatus::kTracked;
   result.T_odom_camera = alignment.T_odom_camera();
-  result.information = alignment.measured() + alignment.prior();
+  result.information = alignment.information_since(T_odom_camera_);
   result.keyframe_overlap = alignment.keyframe_overlap();
   move_to(result.T_odom_camera, frame.timestamp_ns);
   return result;

@@ -77,6 +77,7 @@ struct ModelView {
   Se3 T_odom_view;
   ImageView<const float> x, y, z;     ///< metres, view frame; z = 0: nothing there
   ImageView<const float> nx, ny, nz;  ///< unit normals, view frame
+  float disparity_unknown = 1.0F;     ///< Fragment::disparity_unknown of its least known part
 };
 
 class Odometry {

@@ -165,6 +165,10 @@ TEST(ModelRenderer, OlderSurfacesStandAndNearerOnesHide) {
   const int u = same.camera.width / 2, v = same.camera.height / 2;
   EXPECT_NEAR(same.z(u, v), 2.0F, 0.003F) << "2 cm apart: the older stands";
   EXPECT_NEAR(same.nz(u, v), -1.0F, 1e-3F);
+  EXPECT_EQ(same.disparity_unknown, 1.0F) << "a fragment of which nothing is known";
+  fragments[0].disparity_unknown = 0.2F;
+  EXPECT_EQ(renderer.render({fragments.data(), 2}, {}, Se3(), Se3()).disparity_unknown, 0.2F)
+      << "only what is in sight counts";
   fragments[1].T_odom_fragment = shifted(0, 0, -0.5);
   EXPECT_NEAR(renderer.render({fragments.data(), 2}, {}, Se3(), Se3()).z(u, v), 1.48F, 0.003F)
       << "half a metre in front";

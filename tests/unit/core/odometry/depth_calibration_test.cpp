@@ -51,10 +51,12 @@ class Turning {
       Vector6d off;
       off << 0.004, -0.003, 0.002, 0.002, 0.001, -0.002;
       EXPECT_TRUE(calibration.add_pair(*keyframe_, frame, pose(i + 1) * Se3::exp(off)));
-      preprocessor_->set_disparity(calibration.coefficients());
+      preprocessor_->set_disparity(calibration.coefficients(), calibration.unknown());
     }
+    unknown_ = calibration.unknown();
     return calibration.coefficients();
   }
+  [[nodiscard]] float unknown() const { return unknown_; }
   Keyframe& keyframe() { return *keyframe_; }
 
  private:
@@ -65,6 +67,7 @@ class Turning {
     keyframe_ = std::make_unique<Keyframe>(preprocessor_->working_camera(), options.levels, arena);
   }
   DisparityCoefficients error_;
+  float unknown_ = 1.0F;
   SceneCamera camera_;
   std::unique_ptr<Arena> arena_;
   std::unique_ptr<FramePreprocessor> preprocessor_;
@@ -86,6 +89,17 @@ TEST(DepthCalibration, FindsASmoothError) {
   Turning camera(error);
   const DisparityCoefficients found = camera.calibrate(30);
   EXPECT_LT(size_of(found - error), 0.15 * size_of(error)) << found.transpose();
+}
+
+TEST(DepthCalibration, SaysWhatIsLeftToLearn) {
+  Turning camera(DisparityCoefficients::Zero());
+  EXPECT_EQ(DepthCalibration((DepthCalibrationOptions())).unknown(), 1.0F);
+  (void)camera.calibrate(1);
+  const float early = camera.unknown();
+  EXPECT_LT(early, 1.0F);
+  (void)camera.calibrate(30);
+  EXPECT_LT(camera.unknown(), 0.3F * early);
+  EXPECT_GT(camera.unknown(), 0.0F);
 }
 
 TEST(DepthCalibration, LeavesATrueCameraAlone) {

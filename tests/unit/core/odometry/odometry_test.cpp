@@ -104,6 +104,27 @@ TEST(Odometry, InformationIsHonestUnderWhiteNoise) {
   EXPECT_LT(sum / trials, 6.0 * 3);
 }
 
+// What is not known of the depths' error makes a motion less certain, and so does a view that changes more;
+// neither moves the pose.
+TEST(Odometry, AMotionIsAsCertainAsTheModelIsKnownAndTheViewStays) {
+  TrackedScene scene(AnalyticScene::room(), 2, 0.002, 0.002);
+  ModelView model = scene.model_at(Se3());
+  const auto tracked = [&](double motion_m, float unknown) {
+    model.disparity_unknown = unknown;
+    Odometry odometry((OdometryOptions()));
+    EXPECT_EQ(odometry.start(scene.frame_at(Se3()), Se3()).status, TrackingStatus::kFirst);
+    return odometry.track(scene.frame_at(Se3::exp(twist(0, 0, motion_m, 0, 0, 0))), model);
+  };
+  const auto variance = [](const TrackingResult& result) { return result.information.inverse().trace(); };
+  const TrackingResult known = tracked(0.03, 0.01F), unknown = tracked(0.03, 1.0F);
+  EXPECT_GT(variance(unknown), 3.0 * variance(known));
+  EXPECT_LT(variance(unknown), 10.0 * variance(known));
+  EXPECT_LT((known.T_odom_camera.inverse() * unknown.T_odom_camera).log().norm(), 0.002);
+  EXPECT_GT(variance(tracked(0.06, 1.0F)), 1.5 * variance(unknown));
+  EXPECT_LT(variance(tracked(0, 1.0F)), 0.5 * variance(unknown));
+  EXPECT_GT(variance(tracked(0, 1.0F)), 0.0);
+}
+
 TEST(Odometry, SaysThatASingleWallSlides) {
   TrackedScene scene(AnalyticScene::wall(), 2, 0.002, 0.002);
   Odometry odometry((OdometryOptions()));
