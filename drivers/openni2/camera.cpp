@@ -114,10 +114,11 @@ Status Camera::open_device(const std::string& address) {
   }
   const openni::DeviceInfo& device = device_.getDeviceInfo();
   watch_ = std::make_unique<DeviceWatch>(device.getUri());
-  if (!recording)
+  if (!recording) {
     name_ =
         std::string("openni2 ") + device.getVendor() + " " + device.getName() + " (" + device.getUri() + ")";
-  if (!recording) return {};
+    return {};
+  }
   openni::PlaybackControl* playback = device_.getPlaybackControl();
   if (playback == nullptr ||
       playback->setSpeed(-1) != openni::STATUS_OK ||  // frame by frame, none is skipped

@@ -123,8 +123,7 @@ bool CameraDevice::everything_runs() {
          std::all_of(streams_.begin(), streams_.end(), [](const auto& s) { return s->running(); });
 }
 
-void CameraDevice::send(std::uint32_t frame, std::int64_t film_us, int index) {
-  const std::int64_t depth_us = film_us + std::llround(at_start_.time_offset_s * 1e6);
+void CameraDevice::send(std::uint32_t frame, std::int64_t depth_us, int index) {
   const std::int64_t color_us = depth_us + std::llround(at_start_.color_delay_ms * 1e3);
   const bool has_color = static_cast<int>(frame) % std::max(1, at_start_.color_every) == 0;
   const std::lock_guard lock(streams_mutex_);
@@ -153,7 +152,7 @@ void CameraDevice::play() {
       frame = 0;
     }
     if (!now.plugged || now.silent || frame == frames || !everything_runs()) continue;
-    send(frame, film_.timestamp_us(frame) + lap_us, ++index);
+    send(frame, film_.timestamp_us(frame) + lap_us + std::llround(now.time_offset_s * 1e6), ++index);
     ++frame;
     if (frame == frames && now.unplug_at_end) over_ = true;
   }

@@ -50,7 +50,7 @@ class CameraDevice final : public oni::driver::DeviceBase {
  private:
   void play();
   [[nodiscard]] bool everything_runs();
-  void send(std::uint32_t frame, std::int64_t film_us, int index);
+  void send(std::uint32_t frame, std::int64_t depth_us, int index);
 
   std::atomic<bool>& over_;
   const CameraControl at_start_;

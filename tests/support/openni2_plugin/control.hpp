@@ -23,7 +23,7 @@ struct CameraControl {
   double rate_hz = 30;           ///< at which frames are played, whatever their time stamps say
   double color_delay_ms = 0;     ///< device time of a colour image after its depth image
   int color_every = 1;           ///< only each of so many frames has a colour image
-  double time_offset_s = 0;      ///< added to every device time
+  double time_offset_s = 0;      ///< added to every device time, from the next image on
 
   /// Unknown names are left out: a test that writes the file may be halfway.
   /// Nothing without the file.

@@ -130,6 +130,33 @@ TEST_F(OpenNi2Device, TimesAreTheDevicesOwnOnRequest) {
   }
 }
 
+TEST_F(OpenNi2Device, TimesThatGoBackAreMappedAnewOrMakeTheFrameBad) {
+  for (const bool host_time : {true, false}) {
+    options.openni2.host_time = host_time;
+    camera.control.time_offset_s = 20;
+    camera.apply();
+    const auto source = open();
+    ASSERT_TRUE(source.ok()) << source.error().message;
+    std::int64_t last_ns = read_frames(**source, 3).back().timestamp_ns;
+    camera.control.time_offset_s = 10;
+    camera.apply();
+    test::FrameBuffers buffers((*source)->info());
+    int bad = 0;
+    for (int k = 0; k < 20; ++k) {
+      const ReadStatus status = read(**source, buffers.frame);
+      if (status == ReadStatus::kBad) {
+        EXPECT_THAT((*source)->message(), HasSubstr("is not after the one before"));
+        ++bad;
+        continue;
+      }
+      ASSERT_EQ(status, ReadStatus::kFrame) << (*source)->message();
+      EXPECT_GT(buffers.frame.timestamp_ns, last_ns);
+      last_ns = buffers.frame.timestamp_ns;
+    }
+    EXPECT_EQ(bad > 0, !host_time);
+  }
+}
+
 TEST_F(OpenNi2Device, DepthInTenthsOfAMillimetre) {
   options.openni2.fine_depth = true;
   const auto source = open();
