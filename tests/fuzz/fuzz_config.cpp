@@ -6,11 +6,15 @@
 
 namespace {
 
-// A camera file that the settings name would be any file of this computer, devices among them.
+// A camera file that the settings name would be any file of this computer, devices among them. (That none is
+// named, as in the default settings, is no harm.)
 bool names_a_file(const std::string& text) {
   for (std::size_t at = text.find("file"); at != std::string::npos; at = text.find("file", at + 1)) {
-    const std::size_t next = text.find_first_not_of(" \t\"'", at + 4);
-    if (next != std::string::npos && text[next] == '=') return true;
+    const std::size_t equals = text.find_first_not_of(" \t\"'", at + 4);
+    if (equals == std::string::npos || text[equals] != '=') continue;
+    const std::size_t value = text.find_first_not_of(" \t", equals + 1);
+    const bool none = value != std::string::npos && text.compare(value, 3, "\"\"\n") == 0;
+    if (!none) return true;
   }
   return false;
 }
