@@ -28,7 +28,8 @@ LIBRARY_RULES = [
     ("Ceres", re.compile(r"^ceres/"), ("core/posegraph/",)),
     ("OpenNI2", re.compile(r"^(openni2/|OpenNI\.h|Driver/OniDriver|OniDriver)"),
      ("drivers/openni2/", "tests/support/")),
-    ("libcamera", re.compile(r"^libcamera/"), ("drivers/libcamera/", "tests/support/", "tests/unit/drivers/libcamera/")),
+    ("libcamera", re.compile(r"^libcamera/"),
+     ("drivers/libcamera/", "tests/support/", "tests/unit/drivers/libcamera/", "tests/bench/camera_load_libcamera")),
     ("V4L2", re.compile(r"^(linux/videodev2\.h|libv4l2\.h)"), ("drivers/v4l2/", "tests/support/", "tests/system/guest/")),
 ]
 CERES_FILES = 1
