@@ -129,6 +129,7 @@ void Supervisor::finishing() {
   finishing_ = true;
   service_.notify("STOPPING=1");
   service_.notify(kMoreTime);
+  health_told_ns_ -= kSecond_ns;  // what became of the last frames is told at once
   tick();
 }
 
