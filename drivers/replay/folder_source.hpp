@@ -9,8 +9,7 @@
 
 namespace loopsift {
 
-/// A listed folder, read frame by frame. One thread; read() allocates only inside libpng (colour PNG) and
-/// libturbojpeg.
+/// A listed folder, read frame by frame. One thread; read() makes no heap call after the first frame.
 class FolderSource final : public FrameSource {
  public:
   /// Finds the images' sizes from the first readable ones and checks them against the calibration.

@@ -15,7 +15,7 @@
 
 namespace loopsift {
 
-/// One thread; read() allocates only inside libturbojpeg.
+/// One thread; read() makes no heap call after the first frame.
 class KlgSource final : public FrameSource {
  public:
   using File = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;

@@ -22,6 +22,6 @@ failures=0
 for fuzzer in "${fuzzers[@]}"; do
   echo "== $fuzzer"
   time "build/fuzz/tests/fuzz/$fuzzer" "$corpus/$fuzzer" -artifact_prefix="$found/$fuzzer-" -max_total_time="$seconds" \
-    -max_len=20000 -timeout=10 -rss_limit_mb=2048 -print_final_stats=1 -verbosity=0 2>&1 | tail -n 12 || failures=1
+    -max_len=20000 -timeout=60 -rss_limit_mb=2048 -print_final_stats=1 -verbosity=0 2>&1 | tail -n 12 || failures=1
 done
 exit "$failures"
