@@ -21,7 +21,7 @@ class OpenNi2Unplugged : public OpenNi2Runs {
  protected:
   /// A few frames there and back: however many the program misses, the next one is near the last.
   void make_short_way() {
-    constexpr int kFrames = 12, kBack = 2 * kFrames - 1;
+    constexpr int kFrames = 6, kBack = 2 * kFrames - 1;
     make_sequence(kFrames);
     std::ofstream list(sequence() + "/associations.txt");
     for (int k = 0; k < kBack; ++k) {
